@@ -42,7 +42,7 @@ def scene(simulation: Simulation) -> Scene:
         name: Goal(name, (at.x_mm, at.y_mm), at.heading_deg, heights[name])
         for name, at in simulation.truth.pictures.items()
     }
-    return Scene(survey(simulation), goals)
+    return Scene(current_floor_plan(simulation), goals)
 
 
 def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
@@ -54,7 +54,7 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
-def survey(simulation: Simulation) -> FloorPlan:
+def current_floor_plan(simulation: Simulation) -> FloorPlan:
     """Return the floor plan of this moment."""
     world, truth = simulation.world_file, simulation.truth
     boxes, pictures = (

@@ -12,7 +12,7 @@ from firmware_protocol.enums import InputPort, OutputMode, OutputPort, SensorMod
 from firmware_protocol.errors import BrickError, LinkError, RemoteProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, SensorPort, output_port
-from nxtdrive.sensors import Measuring, identify
+from nxtdrive.sensors import QuantitySensor, identify
 from nxtdrive.sensors.kinds import KINDS, in_words, kind_of, make_sensor, plain
 from nxtdrive.sensors.port import SensorTimeout
 
@@ -56,7 +56,7 @@ class Digital:
     """
 
     name: str
-    sensor: Measuring[Any] | None
+    sensor: QuantitySensor[Any] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +214,7 @@ def identify_sensors(brick: Brick, ports: Collection[int]) -> dict[int, Digital]
 
 
 def look(
-    brick: Brick, sensors: Mapping[int, Measuring[Any]], identified: Mapping[int, Digital] | None = None
+    brick: Brick, sensors: Mapping[int, QuantitySensor[Any]], identified: Mapping[int, Digital] | None = None
 ) -> Snapshot:
     """Read everything once.
 
@@ -238,7 +238,7 @@ def look(
 
 def watch(
     brick: Brick,
-    sensors: Mapping[int, Measuring[Any]],
+    sensors: Mapping[int, QuantitySensor[Any]],
     every_s: float,
     *,
     identified: Mapping[int, Digital] | None = None,
@@ -282,7 +282,7 @@ def _motor(brick: Brick, port: OutputPort) -> MotorState:
     return MotorState(port.name, state.power, doing, state.rotation_count)
 
 
-def _sensor(brick: Brick, port: SensorPort, named: Measuring[Any] | None, digital: Digital | None) -> SensorState:
+def _sensor(brick: Brick, port: SensorPort, named: QuantitySensor[Any] | None, digital: Digital | None) -> SensorState:
     sensor = named or (digital.sensor if digital else None)
     value, text = None, ""
     if sensor is not None:

@@ -108,7 +108,7 @@ def _along(sight: Array, distance_mm: Array, bearing_deg: Array) -> Array:
 
 
 @dataclass(slots=True)
-class _Stand:
+class _Viewpoint:
     """What was looked at from one place. What hides a target hides it in every frame, so frames are not independent.
 
     Attributes:
@@ -142,7 +142,7 @@ class Belief:
         self._half_view_deg = half_view_deg
         self._learned = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
         self._unlearned = 1.0  # this factor where nothing was learned
-        self._stand: _Stand | None = None
+        self._viewpoint: _Viewpoint | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
         self._use(likely)
 
@@ -155,9 +155,9 @@ class Belief:
         places = (math.isqrt(len(likely)) - math.isqrt(len(self._likely))) // 2
         if places:
             self._learned = _framed(self._learned, places, self._unlearned)
-            if self._stand is not None:
-                self._stand.missed = _framed(self._stand.missed, places, 1.0)
-                self._stand.left = _framed(self._stand.left, places, 1.0)
+            if self._viewpoint is not None:
+                self._viewpoint.missed = _framed(self._viewpoint.missed, places, 1.0)
+                self._viewpoint.left = _framed(self._viewpoint.left, places, 1.0)
         self._use(likely)
 
     def _use(self, likely: Array) -> None:
@@ -183,15 +183,15 @@ class Belief:
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
-        if self._stand is None or math.dist(self._stand.at, view.at) > N.stand_mm:
-            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._learned))
-        stand = self._stand
+        if self._viewpoint is None or math.dist(self._viewpoint.at, view.at) > N.stand_mm:
+            self._viewpoint = _Viewpoint(view.at, np.ones(len(self._x)), np.ones_like(self._learned))
+        viewpoint = self._viewpoint
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
-        stand.missed[view.near[inside]] *= (1.0 - view.each[inside]) ** frames
-        left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed[view.near])[:, None]
-        self._learned[view.near] *= left / stand.left[view.near]
-        stand.left[view.near] = left
+        viewpoint.missed[view.near[inside]] *= (1.0 - view.each[inside]) ** frames
+        left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - viewpoint.missed[view.near])[:, None]
+        self._learned[view.near] *= left / viewpoint.left[view.near]
+        viewpoint.left[view.near] = left
         self._normalize()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
@@ -208,7 +208,7 @@ class Belief:
             self._learned *= 1.0 - N.trust
             held = N.trust * (likely / likely.sum())[None, :] / int(near.sum())
             self._learned[near] += held / self._likely[near][:, None]
-        self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
+        self._viewpoint = None  # a target in view is not hidden: missing it from now on is new evidence
 
     def _near(self, place: Point) -> NDArray[np.bool_]:
         """Return which places of the grid are at a place."""
@@ -234,7 +234,7 @@ class Belief:
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
         self._return_to_prior(N.scatters)
-        self._stand = None
+        self._viewpoint = None
 
     def held_at(self, place: Point) -> float:
         """Return the probability that it is near a place."""
@@ -244,9 +244,9 @@ class Belief:
         """Let the belief decay towards the prior."""
         share = 1.0 - math.exp(-passed_s / N.decay_s)
         self._return_to_prior(share)
-        if self._stand is not None:  # and belief that has come back may be looked for again
-            self._stand.missed = (1.0 - share) * self._stand.missed + share
-            self._stand.left = (1.0 - share) * self._stand.left + share
+        if self._viewpoint is not None:  # and belief that has come back may be looked for again
+            self._viewpoint.missed = (1.0 - share) * self._viewpoint.missed + share
+            self._viewpoint.left = (1.0 - share) * self._viewpoint.left + share
 
     def _return_to_prior(self, share: float) -> None:
         prior = share / (N.facings * float(self._likely.sum()))
@@ -308,8 +308,8 @@ class Belief:
         view = self._view(*at, floor)
         missed = (1.0 - view.each) ** N.round_frames
         left: Array | float = 1.0
-        if self._stand is not None and math.dist(self._stand.at, at) <= N.stand_mm:
-            missed, left = self._stand.missed[view.near] * missed, self._stand.left[view.near]
+        if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= N.stand_mm:
+            missed, left = self._viewpoint.missed[view.near] * missed, self._viewpoint.left[view.near]
         found = 1.0 - (1.0 - view.possible * np.minimum(N.sure, 1.0 - missed)[:, None]) / left
         gain = np.zeros(len(self._x))
         gain[view.near] = (plausible[view.near] * np.maximum(0.0, found)).sum(axis=1)

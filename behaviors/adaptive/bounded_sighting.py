@@ -29,12 +29,12 @@ def estimated(sighting: Sighting, echo_ahead_mm: float | None, remembered: tuple
         distance_mm = min(distance_mm, remembered[1])
     echo = echo_ahead_mm is not None and Cut.BOTTOM in sighting.cut and abs(sighting.bearing_deg) <= BEAM_DEG
     if echo:
-        distance_mm = no_farther_than_echo(sighting, echo_ahead_mm).distance_mm
+        distance_mm = limit_to_echo(sighting, echo_ahead_mm).distance_mm
     bound = remembered is None and not echo
     return replace(sighting, bearing_deg=bearing_deg, distance_mm=distance_mm, bound=bound)
 
 
-def no_farther_than_echo(sighting: Sighting, echo_ahead_mm: float | None) -> Sighting:
+def limit_to_echo(sighting: Sighting, echo_ahead_mm: float | None) -> Sighting:
     """Return a sighting of a target of unknown size, no farther than an echo: its source is the target, or hides it.
 
     Args:
@@ -44,11 +44,11 @@ def no_farther_than_echo(sighting: Sighting, echo_ahead_mm: float | None) -> Sig
     return (
         sighting
         if echo_ahead_mm is None or abs(sighting.bearing_deg) > BEAM_DEG
-        else no_farther(sighting, echo_ahead_mm)
+        else limit_distance(sighting, echo_ahead_mm)
     )
 
 
-def no_farther(sighting: Sighting, most_mm: float) -> Sighting:
+def limit_distance(sighting: Sighting, most_mm: float) -> Sighting:
     """Return a sighting of a target of unknown size, no farther than this: what is nearer is smaller in proportion."""
     if most_mm >= sighting.distance_mm:
         return sighting

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.belief import Belief, likely_places
-from behaviors.adaptive.bounded_sighting import estimated, no_farther, no_farther_than_echo
+from behaviors.adaptive.bounded_sighting import estimated, limit_distance, limit_to_echo
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.frame_fit import FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
@@ -312,7 +312,7 @@ class TargetMemory:
         floor_mm = self._floor_mm(sighting) if self.scale.guessed(sighting.target) else None
         corrected = self.scale.corrected(sighting) if floor_mm is None else self._standing(sighting, floor_mm)
         if self.scale.unknown(sighting.target):
-            corrected = no_farther_than_echo(corrected, echo_ahead_mm)
+            corrected = limit_to_echo(corrected, echo_ahead_mm)
         return estimated(corrected, echo_ahead_mm, remembered)
 
     def _standing(self, sighting: Sighting, floor_mm: float) -> Sighting:
@@ -322,7 +322,7 @@ class TargetMemory:
             self.scale.stand(sighting, floor_mm)
         elif self.scale.unknown(sighting.target):
             if not whole:
-                return no_farther(self.scale.corrected(sighting), floor_mm)
+                return limit_distance(self.scale.corrected(sighting), floor_mm)
             # where the frame does not show both sides, the target may be farther out
             return replace(sighting, distance_mm=floor_mm, bound=sighting.cut != Cut.TOP)
         return self.scale.corrected(sighting)

@@ -100,7 +100,7 @@ class TurnScale:
         headings = np.array([abs(pose.heading_deg - begin) for pose, _ in self._beams])
         ranges = np.array([N.farthest_mm if each is None else min(each, N.farthest_mm) for _, each in self._beams])
         order = np.argsort(headings, kind="stable")
-        turns, misfits = _misfits(headings[order], ranges[order])
+        turns, misfits = _echo_differences(headings[order], ranges[order])
         if not len(turns):
             return None
         best = int(misfits.argmin())
@@ -112,7 +112,7 @@ class TurnScale:
         return scale if abs(scale - 1.0) >= N.least else 1.0
 
 
-def _misfits(headings: Array, ranges: Array) -> tuple[Array, Array]:
+def _echo_differences(headings: Array, ranges: Array) -> tuple[Array, Array]:
     """Return full turns by the wheels that are possible, in degrees, and the mean difference of echoes for each, mm."""
     at = np.arange(headings[0], headings[-1], N.step_deg)
     turns = np.arange(360.0 / (1 + N.most), 360.0 / (1 - N.most), N.step_deg / 2)

@@ -38,7 +38,7 @@ class MissionError(MistakesError):
 
 
 def load_mission(
-    path: Path, picture_folders: Sequence[Path] = (), *, robot: Path | None = None, usual_robot: Path | None = None
+    path: Path, picture_folders: Sequence[Path] = (), *, robot: Path | None = None, default_robot: Path | None = None
 ) -> Mission:
     """Read and check a mission file.
 
@@ -48,7 +48,7 @@ def load_mission(
         path: The TOML file.
         picture_folders: Where else pictures are looked for when they do not lie beside the file.
         robot: The robot file; by default the one that the mission names.
-        usual_robot: The robot file if neither is given; ``$NXT_ROBOT`` names it.
+        default_robot: The robot file if neither is given; ``$NXT_ROBOT`` names it.
 
     Returns:
         The mission; its pictures are absolute paths of files that exist.
@@ -61,7 +61,7 @@ def load_mission(
         raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
     robot_error = None
     try:
-        if (described := _robot_file(table, path, robot, usual_robot)) is not None:
+        if (described := _robot_file(table, path, robot, default_robot)) is not None:
             table = with_robot(table, described)
     except MissionError as error:
         robot_error = error

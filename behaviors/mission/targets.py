@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Discriminator, Field, SerializerFunctionWrapHan
 
 from behaviors.detector_names import BUILT_IN_DETECTORS, installed_detectors
 from behaviors.mission.robot import ColorName, Table
-from behaviors.mission.usual_heights import usual_height_mm
+from behaviors.mission.usual_heights import default_height_mm
 
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""
@@ -115,7 +115,7 @@ class OnnxTarget(Table):
     colors: OnnxColors | None = None
     normalisation: OnnxNormalisation | None = None
     min_score: float = Field(default=0.4, gt=0, lt=1)
-    height_mm: Height = Field(default_factory=lambda known: usual_height_mm(str(known.get("label", ""))))
+    height_mm: Height = Field(default_factory=lambda known: default_height_mm(str(known.get("label", ""))))
 
     @property
     def guessed(self) -> bool:

@@ -62,6 +62,6 @@ def cascade_label(cascade: str) -> str:
     return next((label for begin, label in CASCADE_LABELS.items() if stem.startswith(begin)), "")
 
 
-def usual_height_mm(label: str) -> float:
+def default_height_mm(label: str) -> float:
     """Return the usual height of objects with a label."""
     return USUAL_HEIGHTS_MM.get(label.casefold(), OTHERS_MM)

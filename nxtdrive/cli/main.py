@@ -27,7 +27,7 @@ from firmware_protocol.errors import (
 )
 from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
-from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
+from nxtdrive.cli.output import drop_output, finish_output, guarded_output, write_error, write_line
 from nxtdrive.cli.parser import Help, Parser
 from nxtdrive.signals import SIGNALLED, ignore_signals, signals_as_interrupt
 
@@ -149,7 +149,7 @@ def _reported(arguments: Sequence[str]) -> int:
         with suppress(OSError):  # standard error cannot be written
             if args.verbose:
                 traceback.print_exc()
-            complain(_sentence(known, args) if known is error else f"{known} -v shows the traceback.")
+            write_error(_sentence(known, args) if known is error else f"{known} -v shows the traceback.")
         with suppress(OSError, ConfigError):
             finish_output()
         return code

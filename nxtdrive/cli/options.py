@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import PICTURE_SUFFIXES
-from nxtdrive.cli.output import complain
+from nxtdrive.cli.output import write_error
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -52,7 +52,7 @@ def note_simulated(brick: Brick) -> None:
     """Say that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
     if brick.link.transport.address.startswith(DEFAULT_ADDRESS):
         text = "this was the simulated brick, which starts afresh with each command. `nxtdrive list` finds others."
-        complain(text, sender="note: ")
+        write_error(text, sender="note: ")
 
 
 def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:

@@ -74,7 +74,7 @@ def write_content(content: bytes) -> None:
     write_all(sys.stdout.buffer, content)  # it has no buffer under ``python -u``
 
 
-def complain(message: object, *, sender: str = "nxtdrive: ") -> None:
+def write_error(message: object, *, sender: str = "nxtdrive: ") -> None:
     """Print a message to standard error; of its line feeds only those that begin an indented line are kept."""
     if sys.stderr is not None:  # closed when the program began; `print` would use standard output
         print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
@@ -83,7 +83,7 @@ def complain(message: object, *, sender: str = "nxtdrive: ") -> None:
 def report_file(file: str, mistakes: list[str]) -> None:
     """Print that a file is valid, or its mistakes, to standard error."""
     if mistakes:
-        complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
+        write_error(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
     else:
         write_line(f"{file}: good")
 

@@ -91,7 +91,7 @@ def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, Camera
     Raises:
         ConfigError: There is no such target, or an option does not fit it.
     """
-    from nxtdrive.mission.files import read_robot_file, usual_robot
+    from nxtdrive.mission.files import default_robot_file, read_robot_file
     from nxtdrive.vision.detectors import make_detector
 
     if args.mission and args.target is None:
@@ -106,7 +106,7 @@ def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, Camera
         spec, camera = _of_mission(args)
         name = args.target
     else:
-        robot = read_robot_file(args.robot or usual_robot())
+        robot = read_robot_file(args.robot or default_robot_file())
         (name, spec), camera = _described(args, robot.color), robot.camera
     if args.height_mm is not None:
         spec["height_mm"] = args.height_mm
@@ -140,13 +140,13 @@ def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], CameraTabl
 
 def _described(args: argparse.Namespace, colors: Mapping[ColorName, ColorTable]) -> tuple[str, dict[str, object]]:
     """Return name and specification of a target that is described on the command line."""
-    from behaviors.mission.usual_heights import cascade_label, usual_height_mm
+    from behaviors.mission.usual_heights import cascade_label, default_height_mm
     from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
     if args.picture is not None:
         return Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
     if args.haar is not None:
-        height_mm = usual_height_mm(cascade_label(args.haar))
+        height_mm = default_height_mm(cascade_label(args.haar))
         return "haar", {"detector": "haar", "cascade": args.haar, "height_mm": height_mm}
     if args.marker is not None:
         spec = {"detector": "marker", "id": args.marker, "height_mm": MARKER_HEIGHT_MM}
@@ -161,7 +161,7 @@ def _described(args: argparse.Namespace, colors: Mapping[ColorName, ColorTable])
 
 def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
     """Return name and specification of a target that a neural network finds."""
-    from behaviors.mission.usual_heights import usual_height_mm
+    from behaviors.mission.usual_heights import default_height_mm
 
     if args.label is None:
         from nxtdrive.vision.detectors.onnx_labels import listed
@@ -170,4 +170,4 @@ def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
         known = listed(labels_of(Path(args.onnx), args.labels)) or "it names none, so give a number, such as 0"
         raise ConfigError("--onnx needs --label.", remedy=f"The labels of {args.onnx}: {known}.")
     given = {key: value for key in NETWORK_KEYS if (value := getattr(args, key)) is not None}
-    return args.label, {"detector": "onnx", "model": args.onnx, "height_mm": usual_height_mm(args.label), **given}
+    return args.label, {"detector": "onnx", "model": args.onnx, "height_mm": default_height_mm(args.label), **given}

@@ -15,7 +15,7 @@ from nxtdrive.transports.base import Transport
 log = logging.getLogger(__name__)
 
 
-class WorkingLink(Protocol):
+class ScheduledLink(Protocol):
     """What the thread needs of `nxtdrive.link.link.Link`, which imports this module."""
 
     transport: Transport
@@ -38,7 +38,7 @@ class LinkThread:
         threads: Starts threads and waits for them.
     """
 
-    def __init__(self, link: WorkingLink, core: LinkCore, threads: Threads) -> None:
+    def __init__(self, link: ScheduledLink, core: LinkCore, threads: Threads) -> None:
         self._link = link
         self._core = core
         self._threads = threads

@@ -20,7 +20,7 @@ PROBE_S = 2.0
 """How often a link that reconnects is probed for a loss."""
 
 
-class LosableLink(Protocol):
+class ReopenableLink(Protocol):
     """What reopening needs of `nxtdrive.link.link.Link`, which imports this module."""
 
     transport: Transport
@@ -62,7 +62,7 @@ class Reconnector:
         lock: Its lock, held during each request.
     """
 
-    def __init__(self, link: LosableLink, core: LinkCore, lock: PriorityLock) -> None:
+    def __init__(self, link: ReopenableLink, core: LinkCore, lock: PriorityLock) -> None:
         self._link = link
         self._core = core
         self._lock = lock

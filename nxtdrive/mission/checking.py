@@ -10,13 +10,13 @@ from pathlib import Path
 from behaviors.mission import Mission, MissionError, load_mission, valid_targets
 from behaviors.mission.robot import FRAME_ASPECT
 from behaviors.mission.targets import HaarTarget, MarkerTarget, PictureTarget, QrTarget, Target
-from behaviors.mission.usual_heights import cascade_label, usual_height_mm
+from behaviors.mission.usual_heights import cascade_label, default_height_mm
 from behaviors.mission.value_warnings import value_warnings
 from behaviors.profile_names import ADAPTIVE
 from firmware_protocol.errors import CameraError
 from input_files.mistakes import excerpt
 from nxtdrive.mission.detectors import make_detectors
-from nxtdrive.mission.files import PICTURES, usual_robot
+from nxtdrive.mission.files import PICTURES, default_robot_file
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
 SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
@@ -52,7 +52,7 @@ def check_mission(path: Path, robot: Path | None = None, usual: Path | None = No
     """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
     found = Findings()
     try:
-        mission = load_mission(path, [PICTURES], robot=robot, usual_robot=usual or usual_robot())
+        mission = load_mission(path, [PICTURES], robot=robot, default_robot=usual or default_robot_file())
     except MissionError as error:
         found.mistakes = [*error.mistakes] or [error.message.removeprefix(f"{path}: ")]
         targets = valid_targets(path, [PICTURES])
@@ -136,7 +136,7 @@ def _no_sheet_height(name: str, target: Target) -> Iterator[str]:
 def _no_cascade_height(name: str, target: Target) -> Iterator[str]:
     if isinstance(target, HaarTarget) and "height_mm" not in target.model_fields_set:
         label = cascade_label(target.cascade)
-        usual = f"; {usual_height_mm(label):g} is usual for a {label}" if label else ""
+        usual = f"; {default_height_mm(label):g} is usual for a {label}" if label else ""
         yield (
             f"target.{name}: height_mm is missing, so {target.height_mm:g} counts, that of an A4 sheet{usual}. Measure "
             "what the cascade finds and set height_mm: all distances are computed from it."

@@ -37,7 +37,7 @@ def in_own_room(address: Address, mission: Path | None) -> Address:
     return in_room(address, str(room))
 
 
-def usual_robot() -> Path | None:
+def default_robot_file() -> Path | None:
     """Return the robot file of the environment, if it names one."""
     named = os.environ.get(ROBOT_VARIABLE)
     return Path(named) if named else None
@@ -46,7 +46,7 @@ def usual_robot() -> Path | None:
 def robot_file_of(folder: Path) -> Path | None:
     """Return the robot file for missions in a folder if none is named: that of the environment, else ``robot.toml``."""
     beside = folder / ROBOT_FILE
-    return usual_robot() or (beside if os.path.lexists(beside) else None)
+    return default_robot_file() or (beside if os.path.lexists(beside) else None)
 
 
 def read_robot_file(path: Path | None) -> RobotFile:
@@ -73,7 +73,7 @@ def read_mission_file(path: Path | None, robot: Path | None = None, usual: Path 
         ConfigError: A file has mistakes; the message lists all of them.
     """
     try:
-        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual or usual_robot())
+        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, default_robot=usual or default_robot_file())
     except MissionError as error:
         raise ConfigError(str(error)) from None
     return with_profile(mission, mission.mission.profile)

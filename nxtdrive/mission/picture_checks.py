@@ -48,7 +48,7 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
             )
 
 
-class _Tried(NamedTuple):
+class _PhotographCheck(NamedTuple):
     """A photograph, what to expect of it, and the detector that fits it better, if there is one."""
 
     image: Image
@@ -56,7 +56,7 @@ class _Tried(NamedTuple):
     simpler: str
 
 
-def _tried(file: str) -> _Tried | None:
+def _tried(file: str) -> _PhotographCheck | None:
     """Try a photograph; return None if it cannot be used."""
     try:
         stat = Path(file).stat()
@@ -66,11 +66,11 @@ def _tried(file: str) -> _Tried | None:
 
 
 @lru_cache(maxsize=32)
-def _prediction_of(file: str, _mtime_ns: int, _size: int) -> _Tried:
+def _prediction_of(file: str, _mtime_ns: int, _size: int) -> _PhotographCheck:
     """Try the detector on a photograph, once for each version of its file: editors check at each pause in typing."""
     image = read_image(Path(file))
     check_picture(image)
-    return _Tried(image, predict_range(image), simpler_detector(image))
+    return _PhotographCheck(image, predict_range(image), simpler_detector(image))
 
 
 def _hard_to_find(mission: Mission, name: str, predictions: list[RangePrediction]) -> Iterator[str]:

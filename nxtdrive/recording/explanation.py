@@ -20,7 +20,7 @@ DEFAULTS = Mission.model_validate(
 
 
 @dataclass(frozen=True, slots=True)
-class Explained:
+class ExplainedDecision:
     """One decision.
 
     Attributes:
@@ -43,7 +43,7 @@ class Explanation:
     Attributes:
         run: What was read.
         profile: The profile that made the decisions; None if the run's mission cannot be read.
-        policy: The profile whose policy `Explained.replay` is about; the same if no other was given.
+        policy: The profile whose policy `ExplainedDecision.replay` is about; the same if no other was given.
         decisions: All of them, in order.
         unavailable: Why the run's own policy cannot be loaded here; then no decision has candidates.
     """
@@ -51,12 +51,12 @@ class Explanation:
     run: PastRun
     profile: str | None
     policy: str | None
-    decisions: tuple[Explained, ...]
+    decisions: tuple[ExplainedDecision, ...]
     unavailable: str = ""
 
     @property
     def other_policy(self) -> str | None:
-        """The profile that `Explained.replay` is about if it is not the run's own."""
+        """The profile that `ExplainedDecision.replay` is about if it is not the run's own."""
         return self.policy if self.policy != self.profile else None
 
 
@@ -78,7 +78,8 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
     known = decision_costs(run.path.parent)
     with exit_as_error():
         explained = tuple(
-            Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
+            ExplainedDecision(each, weighed_by(own, each), replay(asked, each), known.get(i))
+            for i, each in enumerate(made, 1)
         )
     return Explanation(run, profile, policy or profile, explained, unavailable)
 

@@ -11,7 +11,7 @@ from nxtdrive.sensors.digital import Compass, Temperature
 from nxtdrive.sensors.i2c import I2CSensor
 from nxtdrive.sensors.identity import Identity, identify
 from nxtdrive.sensors.port import Sensor
-from nxtdrive.sensors.reading import Measuring, Reading
+from nxtdrive.sensors.reading import QuantitySensor, Reading
 from nxtdrive.sensors.ultrasonic import Ultrasonic
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "I2CSensor",
     "Identity",
     "Light",
-    "Measuring",
+    "QuantitySensor",
     "RcxTemperature",
     "Reading",
     "Sensor",

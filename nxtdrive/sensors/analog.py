@@ -8,7 +8,7 @@ from firmware_protocol.enums import SensorMode, SensorType
 from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, in_range
 from nxtdrive.sensors.port import Sensor, SensorTimeout
-from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.reading import QuantitySensor
 
 POLL_S = 0.02
 """Interval for polling a button; a press lasts about 0.1 s."""
@@ -16,7 +16,7 @@ FULL_SCALE = 1023
 """The firmware's normalised values range over 0..1023. Source: docs/firmware.md section 6."""
 
 
-class Touch(Sensor, Measuring[bool]):
+class Touch(Sensor, QuantitySensor[bool]):
     """The touch sensor: a button."""
 
     type = SensorType.SWITCH
@@ -53,7 +53,7 @@ class Touch(Sensor, Measuring[bool]):
         return False
 
 
-class Percentage(Sensor, Measuring[float]):
+class Percentage(Sensor, QuantitySensor[float]):
     """A sensor whose values are percentages of its range."""
 
     unit = "%"
@@ -110,7 +110,7 @@ class Sound(Percentage):
         self._become(SensorType.SOUND_DBA if on else SensorType.SOUND_DB)
 
 
-class RcxTemperature(Sensor, Measuring[float]):
+class RcxTemperature(Sensor, QuantitySensor[float]):
     """The temperature sensor of the RCX (9889)."""
 
     type = SensorType.TEMPERATURE

@@ -10,7 +10,7 @@ from firmware_protocol.iomap import INPUT
 from firmware_protocol.system import GetVersions
 from nxtdrive.sensors.analog import FULL_SCALE
 from nxtdrive.sensors.port import Sensor
-from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.reading import QuantitySensor
 
 LAST_BLIND_FIRMWARE = (1, 5)
 """Last firmware without colour sensors; 1.29 has them. Source: docs/firmware.md section 11."""
@@ -36,7 +36,7 @@ class Color(OpenEnum):
     WHITE = 6
 
 
-class ColorSensor(Sensor, Measuring[Color]):
+class ColorSensor(Sensor, QuantitySensor[Color]):
     """The colour sensor; it lights its lamps in turn, or a single one like a light sensor.
 
     Changing between the two takes 0.4 s.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from nxtdrive.sensors.i2c import I2CSensor
 from nxtdrive.sensors.port import SensorTimeout
-from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.reading import QuantitySensor
 
 
-class Compass(I2CSensor, Measuring[int]):
+class Compass(I2CSensor, QuantitySensor[int]):
     """HiTechnic's compass (NMC1034). Source of registers: HiTechnic's data sheet.
 
     Mount it at least 10 cm from motors and brick, whose fields are stronger than the earth's.
@@ -34,7 +34,7 @@ class Compass(I2CSensor, Measuring[int]):
     value = heading_deg
 
 
-class Temperature(I2CSensor, Measuring[float]):
+class Temperature(I2CSensor, QuantitySensor[float]):
     """LEGO's temperature sensor for the NXT (9749), a TMP275. Source of registers: Texas Instruments' data sheet."""
 
     address = 0x98

@@ -12,10 +12,10 @@ from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch
 from nxtdrive.sensors.color import Color, ColorSensor
 from nxtdrive.sensors.digital import Compass, Temperature
-from nxtdrive.sensors.reading import Measuring
+from nxtdrive.sensors.reading import QuantitySensor
 from nxtdrive.sensors.ultrasonic import Ultrasonic
 
-KINDS: dict[str, Callable[[Link, SensorPort], Measuring[Any]]] = {
+KINDS: dict[str, Callable[[Link, SensorPort], QuantitySensor[Any]]] = {
     "touch": Touch,
     "light": Light,
     "ambient": partial(Light, lamp=False),
@@ -30,7 +30,7 @@ KINDS: dict[str, Callable[[Link, SensorPort], Measuring[Any]]] = {
 """Name to constructor; to add a sensor, add its class and a line here."""
 
 
-def make_sensor(kind: str, link: Link, port: SensorPort) -> Measuring[Any]:
+def make_sensor(kind: str, link: Link, port: SensorPort) -> QuantitySensor[Any]:
     """Make a sensor by the name of its kind.
 
     Raises:
@@ -41,7 +41,7 @@ def make_sensor(kind: str, link: Link, port: SensorPort) -> Measuring[Any]:
     return KINDS[kind](link, port)
 
 
-def kind_of(sensor: Measuring[Any]) -> str:
+def kind_of(sensor: QuantitySensor[Any]) -> str:
     """Return the name of a sensor's kind, regardless of its settings; an empty string if it is not listed."""
     return next((kind for kind, make in KINDS.items() if make is type(sensor)), "")
 

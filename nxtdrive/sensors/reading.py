@@ -29,7 +29,7 @@ class Reading(Generic[T]):
         return now_s - self.time_s
 
 
-class Measuring(ABC, Generic[T]):
+class QuantitySensor(ABC, Generic[T]):
     """A sensor of one quantity.
 
     Attributes:

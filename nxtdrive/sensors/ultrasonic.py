@@ -10,7 +10,7 @@ import math
 from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.i2c import I2CSensor
-from nxtdrive.sensors.reading import Measuring, Reading
+from nxtdrive.sensors.reading import QuantitySensor, Reading
 
 _MODE, _DISTANCES = 0x41, 0x42
 _SINGLE_SHOT, _CONTINUOUS = 0x01, 0x02
@@ -21,7 +21,7 @@ _PING_S, _FIRST_DISTANCE_S = 0.05, 0.03
 Source: leJOS NXJ, class UltrasonicSensor, DELAY_DATA_PING and DELAY_DATA_OTHER."""
 
 
-class Ultrasonic(I2CSensor, Measuring[float | None]):
+class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
     """The ultrasonic sensor; it measures continuously except after a `snapshot`.
 
     A program and the safety stop of a `Rover` may read one object at the same time: a reading of either serves both.

@@ -53,7 +53,7 @@ class Transport(Protocol):
     def waiting(self) -> bool:
         """Return whether bytes have arrived that `receive` has not returned; does not wait.
 
-        Telegrams waiting when a request is about to be sent are surplus. A transport without this check returns False.
+        Telegrams that wait before a request is sent are surplus. A transport that cannot check returns False.
 
         Raises:
             LinkError: The link is closed or lost.

@@ -228,7 +228,7 @@ class GeometricSensor:
         """Return the appearance of the front of a picture; None from behind, too near or completely hidden."""
         if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm):
             return None
-        (right0, depth0), (right1, depth1) = (in_level_frame(*foot, viewpoint) for foot in panel.feet_mm)
+        (right0, depth0), (right1, depth1) = (in_level_frame(*foot, viewpoint) for foot in panel.foot_points_mm)
         depths = () if viewpoint.level else (in_camera_frame(*corner, viewpoint)[2] for corner in _corners(panel))
         if min(depth0, depth1, *depths) < NEAR_MM:
             return None

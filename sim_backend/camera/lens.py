@@ -73,15 +73,17 @@ class Lens:
             frame = _compress(frame, self.effects.jpeg_quality)
         return frame
 
-    def smear_px(self, turn_rate_deg_s: float) -> float:
+    def motion_blur_px(self, turn_rate_deg_s: float) -> float:
         """Return the length of the motion blur at the centre of the frame."""
         return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
-        smear = self.smear_px(turn_rate_deg_s)
+        smear = self.motion_blur_px(turn_rate_deg_s)
         frame = image
         if smear > 0.5:
-            frame = np.asarray(cv2.filter2D(frame, -1, smear_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8)
+            frame = np.asarray(
+                cv2.filter2D(frame, -1, motion_blur_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8
+            )
         if self.effects.softness_px:
             frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)
         return frame
@@ -101,7 +103,7 @@ class Lens:
         return np.asarray(cv2.subtract(cv2.add(frame, self._brighter[window]), self._darker[window]), np.uint8)
 
 
-def smear_kernel(length_px: float) -> NDArray[np.float32]:
+def motion_blur_kernel(length_px: float) -> NDArray[np.float32]:
     """Return a horizontal box kernel of `length_px`; its ends are weighted by their coverage of the pixel."""
     reach = math.ceil((length_px - 1.0) / 2.0)
     kernel = np.ones((1, 2 * reach + 1), np.float32)

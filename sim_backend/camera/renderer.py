@@ -116,7 +116,7 @@ class Renderer:
     def _facet(self, panel: Panel, viewpoint: Viewpoint) -> Facet | None:
         """Return the panel in the camera's frame; None if the camera cannot see it."""
         camera = self.camera
-        ends = [in_level_frame(x, y, viewpoint) for x, y in panel.feet_mm]
+        ends = [in_level_frame(x, y, viewpoint) for x, y in panel.foot_points_mm]
         (right0, depth0), (right1, depth1) = ends
         # twice the area of the triangle lens - foot 0 - foot 1; positive if the front is visible
         area = right1 * depth0 - right0 * depth1

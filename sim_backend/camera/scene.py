@@ -78,7 +78,7 @@ class Panel:
         return math.hypot(self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm)
 
     @property
-    def feet_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
+    def foot_points_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Foot points 0 and 1 on the map."""
         return (self.x0_mm, self.y0_mm), (self.x1_mm, self.y1_mm)
 

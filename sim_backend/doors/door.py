@@ -53,7 +53,7 @@ class Client(Protocol):
     def send(self, data: bytes) -> None:
         """Send the brick's output: a packet over USB, or a piece of the stream over Bluetooth."""
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Close the connection, as a pulled cable does."""
 
     def fileno(self) -> int:

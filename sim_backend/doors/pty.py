@@ -85,7 +85,7 @@ class PtyDoor:
         with contextlib.suppress(OSError):
             if os.readlink(self.path) == terminal.device:
                 self.path.unlink()
-        terminal.hang_up()
+        terminal.disconnect()
 
     def _reopen(self) -> None:
         """Make a new terminal; if that fails, say so once, and try again later."""
@@ -105,7 +105,7 @@ class PtyDoor:
         try:
             _name(terminal.device, self.path)
         except BaseException:
-            terminal.hang_up()
+            terminal.disconnect()
             raise
         return terminal
 
@@ -146,7 +146,7 @@ class Terminal:
         with contextlib.suppress(BlockingIOError):  # the other program has stopped its terminal
             os.write(self._end, data)
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Close the terminal; programs that have it open read an error."""
         if self.closed:
             return

@@ -58,9 +58,9 @@ class SocketClient(ABC):
         self._unsent += data
         self._flush()
         if len(self._unsent) > UNREAD_LIMIT:
-            self.hang_up()
+            self.disconnect()
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Close the connection."""
         self.closed = True
         self._socket.close()
@@ -84,7 +84,7 @@ class SocketClient(ABC):
         except BlockingIOError:
             return b""
         except OSError:
-            self.hang_up()
+            self.disconnect()
             return b""
         self.at_end = not data
         return data
@@ -96,7 +96,7 @@ class SocketClient(ABC):
             except BlockingIOError:
                 return
             except OSError:
-                self.hang_up()
+                self.disconnect()
 
 
 class StreamClient(SocketClient):
@@ -247,7 +247,7 @@ class UsbDoor(SocketDoor):
                 client.send(self._serial_number.encode("ascii"))
                 admitted.append(client)
             elif now_s - since_s > HANDOVER_S or len(waiting) >= BACKLOG:
-                client.hang_up()
+                client.disconnect()
             else:
                 waiting.append((since_s, client))
         self._queue = waiting
@@ -257,7 +257,7 @@ class UsbDoor(SocketDoor):
         """Free the port and disconnect waiting programs."""
         super().close()
         for _, client in self._queue:
-            client.hang_up()
+            client.disconnect()
         self._queue = []
 
 

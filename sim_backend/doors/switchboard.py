@@ -100,7 +100,7 @@ class Switchboard:
                 while (reply := session.link.poll()) is not None:
                     session.client.send(reply)
             except ConnectionError:
-                session.client.hang_up()
+                session.client.disconnect()
         for session in [session for session in self._sessions if _over(session)]:
             self._disconnect(session)
 
@@ -117,7 +117,7 @@ class Switchboard:
 
     def _admit(self, door: Door, client: Client) -> None:
         if len(self._sessions) >= CLIENT_LIMIT and not self._make_room():
-            client.hang_up()
+            client.disconnect()
             if not self._refusing:
                 self._refusing = True
                 self._on_event(ConnectionEvent("refused", 0, door.address, client.name, 0))
@@ -125,7 +125,7 @@ class Switchboard:
         try:
             link = self._plug_in(door.bluetooth)
         except ConnectionError:
-            client.hang_up()
+            client.disconnect()
             return
         self._arrived += 1
         session = _Session(self._arrived, door, client, link)
@@ -148,13 +148,13 @@ class Switchboard:
                 self.last = telegram
                 session.link.send(telegram)
         except ConnectionError:
-            session.client.hang_up()
+            session.client.disconnect()
 
     def _disconnect(self, session: _Session) -> None:
         self._sessions.remove(session)
         self._refusing = False
         session.link.close()
-        session.client.hang_up()
+        session.client.disconnect()
         self._on_event(session.report("disconnected"))
 
 

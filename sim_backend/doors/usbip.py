@@ -78,7 +78,7 @@ class UsbIpClient(SocketClient):
         if not self._device.mute:
             replies.append(data)
         if len(replies) > REPLY_LIMIT:
-            self.hang_up()
+            self.disconnect()
         self.pump()
 
     def pump(self) -> None:
@@ -124,7 +124,7 @@ class UsbIpDoor(SocketDoor):
             if client.imported:
                 self._owner = client
             elif client.at_end or self._now() - client.since_s > REQUEST_S or len(self._asking) >= BACKLOG:
-                client.hang_up()
+                client.disconnect()
             elif not client.closed:
                 self._asking.append(client)
         return [client for client in asking if client.imported]
@@ -132,7 +132,7 @@ class UsbIpDoor(SocketDoor):
     def unplug(self) -> None:
         """Pull the cable."""
         if self._owner is not None:
-            self._owner.hang_up()
+            self._owner.disconnect()
 
     def halt(self, endpoint: int) -> None:
         """Halt an endpoint: transfers fail until the host clears it."""
@@ -144,7 +144,7 @@ class UsbIpDoor(SocketDoor):
         """Free the port and disconnect computers that only asked."""
         super().close()
         for client in self._asking:
-            client.hang_up()
+            client.disconnect()
         self._asking = []
 
     def _in_use(self) -> bool:

@@ -230,11 +230,11 @@ class UvcDoor(LoopDoor):
     def connected(self, cable: _Cable) -> None:
         """Handle a host that has connected, and may ask for the webcam until its deadline."""
         if len(self._asking) >= BACKLOG:
-            self._hang_up(next(iter(self._asking)))
+            self._disconnect(next(iter(self._asking)))
         self._asking[cable] = None
-        self._loop.call_later(REQUEST_S, self._hang_up, cable)
+        self._loop.call_later(REQUEST_S, self._disconnect, cable)
 
-    def _hang_up(self, cable: _Cable) -> None:
+    def _disconnect(self, cable: _Cable) -> None:
         """Disconnect a host unless it has imported the webcam, or has gone already."""
         if cable in self._asking:
             del self._asking[cable]

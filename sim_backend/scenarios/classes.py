@@ -17,7 +17,7 @@ from random import Random
 from sim_backend.scenarios.changes import CHANGES
 from sim_backend.scenarios.effects import EFFECTS, PLAIN, generate_plain
 from sim_backend.scenarios.handicaps import HANDICAPS
-from sim_backend.scenarios.hard import HARD, mismeasure
+from sim_backend.scenarios.hard import HARD, perturb_robot
 from sim_backend.scenarios.realities import REALITIES
 from sim_backend.scenarios.room_builder import RoomBuilder, RoomGenerator
 from sim_backend.scenarios.rooms import ROOMS
@@ -69,7 +69,7 @@ def generate_room(kind: str, seed: int) -> RoomBuilder:
         generate = CLASSES.get(kind) or HARD.get(kind) or REALITIES[kind]
         builder = _first_solvable(lambda: generate(random), name)
         if kind in HARD and seed % 2 and kind not in REALITIES:
-            mismeasure(builder)
+            perturb_robot(builder)
         return builder
     # the same room for all effects
     plain = Random(f"{PLAIN}-{seed}")

@@ -32,7 +32,7 @@ WALKER = {"radius_mm": (160.0, 220.0), "speed_mm_s": (200.0, 600.0)}
 """Ranges of the size and the speed of a person who walks about."""
 
 
-def mismeasure(builder: RoomBuilder) -> None:
+def perturb_robot(builder: RoomBuilder) -> None:
     """Let the robot differ from the mission's description; values that the class has set stay."""
     random = builder.random
     camera = builder.tables.setdefault("camera", {})

@@ -29,7 +29,7 @@ class WheelMotor:
     """A motor with a wheel; a `MotorPlant` of the simulated brick.
 
     The state is the speed the motor would have without load. Every few milliseconds the world sets the load through
-    `roll_freely` and `grip`: under load the shaft follows the ground up to the limit of the tyre's friction, and slips
+    `unload` and `load`: under load the shaft follows the ground up to the limit of the tyre's friction, and slips
     beyond it.
 
     Args:
@@ -129,16 +129,16 @@ class WheelMotor:
         self._count = count
         return counts
 
-    def roll_freely(self) -> None:
+    def unload(self) -> None:
         """Remove the load from the wheel."""
         self._ground = None
 
     @property
-    def gripped(self) -> bool:
+    def loaded(self) -> bool:
         """Whether the wheel is loaded by the floor."""
         return self._ground is not None
 
-    def grip(self, ground_deg_s: float, torque_nm: float) -> None:
+    def load(self, ground_deg_s: float, torque_nm: float) -> None:
         """Load the wheel with the friction of the floor.
 
         Args:

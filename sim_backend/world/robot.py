@@ -206,17 +206,17 @@ class RobotBody:
     def _wheel_speed(self, motor: WheelMotor, before: float, angle: float, duration_s: float) -> float:
         """Return the demanded speed of a wheel, mm/s: its rolled distance over time, or under load its free speed."""
         driven = angle != before or not self._robot.backlash_deg
-        speed = motor.free_speed if motor.gripped and driven else (angle - before) / duration_s
+        speed = motor.free_speed if motor.loaded and driven else (angle - before) / duration_s
         jitter = self._ground.slip.jitter_percent
         if speed and jitter:
             speed *= 1.0 + self._random.gauss(0.0, jitter / 100.0)
         return speed * self._mm_per_deg
 
-    def settle(self) -> None:
+    def update_contacts(self) -> None:
         """Record the contacts and set the motors' loads after a physics step."""
         if self.lifted:
-            self.left.roll_freely()
-            self.right.roll_freely()
+            self.left.unload()
+            self.right.unload()
             return
         velocity, angle = self.body.velocity, self.body.angle
         forward = velocity.x * math.cos(angle) + velocity.y * math.sin(angle)
@@ -231,9 +231,9 @@ class RobotBody:
 
     def _load(self, motor: WheelMotor, asked_mm_s: float, ground_mm_s: float) -> None:
         if abs(asked_mm_s - ground_mm_s) > SLIP_MM_S:
-            motor.grip(ground_mm_s / self._mm_per_deg, self._slip_torque_nm)
+            motor.load(ground_mm_s / self._mm_per_deg, self._slip_torque_nm)
         else:
-            motor.roll_freely()
+            motor.unload()
 
     def _note_contact(self, arbiter: pymunk.Arbiter, contacts: list[float]) -> None:
         for point in arbiter.contact_point_set.points:

@@ -141,7 +141,7 @@ class World:
         touching = bool(robot.contact_bearings_deg)
         robot.drive(_STEP_S)
         self._space.step(_STEP_S)
-        robot.settle()
+        robot.update_contacts()
         self.contact_count += bool(robot.contact_bearings_deg) and not touching
         if not all(box.at_rest for box in self._pushable):
             self._panels = None

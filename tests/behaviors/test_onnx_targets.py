@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviors.adaptive.bounded_sighting import no_farther_than_echo
+from behaviors.adaptive.bounded_sighting import limit_to_echo
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.mission import Mission, MissionError, load_mission
 from behaviors.mission.value_warnings import value_warnings
@@ -128,11 +128,11 @@ def test_other_targets_do_not_begin_with_the_factor_of_a_guess():
     [(0.0, 800.0, 800.0), (0.0, 3000.0, 2000.0), (0.0, None, 2000.0), (25.0, 800.0, 2000.0)],
 )
 def test_an_echo_from_where_it_is_seen_bounds_an_unknown_distance(bearing_deg, echo_ahead_mm, distance_mm):
-    assert no_farther_than_echo(_sighting(2000.0, bearing_deg), echo_ahead_mm).distance_mm == distance_mm
+    assert limit_to_echo(_sighting(2000.0, bearing_deg), echo_ahead_mm).distance_mm == distance_mm
 
 
 def test_what_is_nearer_than_its_guessed_size_says_is_smaller():
     sighting = replace(_sighting(2000.0), edges_mm=(-100.0, 50.0))
-    assert no_farther_than_echo(sighting, 800.0).edges_mm == (-40.0, 20.0)
-    assert no_farther_than_echo(sighting, 3000.0) == sighting
-    assert no_farther_than_echo(_sighting(2000.0), 800.0).edges_mm is None
+    assert limit_to_echo(sighting, 800.0).edges_mm == (-40.0, 20.0)
+    assert limit_to_echo(sighting, 3000.0) == sighting
+    assert limit_to_echo(_sighting(2000.0), 800.0).edges_mm is None

@@ -46,7 +46,7 @@ def test_which_robot_file_counts(files, option, named, usual, diameter_mm):
     mission = load_mission(
         _file(files, "m.toml", text),
         robot=files / "option.toml" if option else None,
-        usual_robot=files / "usual.toml" if usual else None,
+        default_robot=files / "usual.toml" if usual else None,
     )
     assert mission.robot.wheel_diameter_mm == diameter_mm
 
@@ -135,7 +135,7 @@ def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
 def test_a_missing_robot_file_is_reported_with_what_named_it(tmp_path, mission, robot, said):
     path = _file(tmp_path, "m.toml", mission)
     with pytest.raises(MissionError, match=said):
-        load_mission(path, robot=tmp_path / robot if robot else None, usual_robot=tmp_path / "gone.toml")
+        load_mission(path, robot=tmp_path / robot if robot else None, default_robot=tmp_path / "gone.toml")
 
 
 @pytest.mark.parametrize("radius_mm", [90.0, 300.0])

@@ -79,9 +79,9 @@ class Peer:
 class StreamServer(threading.Thread):
     """Serves a peer on a stream of bytes until the other end closes it."""
 
-    def __init__(self, peer, read, write, hang_up):
+    def __init__(self, peer, read, write, disconnect):
         super().__init__(daemon=True)
-        self.peer, self.read, self.write, self.hang_up = peer, read, write, hang_up
+        self.peer, self.read, self.write, self.disconnect = peer, read, write, disconnect
 
     def run(self):
         frames = FrameReader()
@@ -95,7 +95,7 @@ class StreamServer(threading.Thread):
     def serve(self, telegram):
         replies, fault = self.peer.answer(telegram)
         if fault is Fault.UNPLUG:
-            self.hang_up()
+            self.disconnect()
             return False
         for reply in replies:
             framed = self.framed(reply)
@@ -165,11 +165,11 @@ class SerialRig(Rig):
             ready, _, _ = select.select([master, wake], [], [])
             return b"" if wake in ready else os.read(master, 4096)
 
-        def hang_up():
+        def disconnect():
             while open_ends:
                 os.close(open_ends.pop())
 
-        server = StreamServer(Peer(faults), read, lambda data: os.write(master, data), hang_up)
+        server = StreamServer(Peer(faults), read, lambda data: os.write(master, data), disconnect)
         transport = SerialTransport.open(Address.parse(f"serial://{os.ttyname(slave)}"))
         server.start()
 
@@ -177,7 +177,7 @@ class SerialRig(Rig):
             os.close(closed)
             server.join()
             os.close(wake)
-            hang_up()
+            disconnect()
 
         self.stack.callback(end)
         return transport

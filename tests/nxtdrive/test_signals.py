@@ -98,7 +98,7 @@ class _InterruptedWhenDeleted:
 
 @NUMBERS
 def test_a_signal_while_an_error_is_reported_leaves_no_traceback(number, monkeypatch):
-    monkeypatch.setattr("nxtdrive.cli.main.complain", lambda _message: signal.raise_signal(number))
+    monkeypatch.setattr("nxtdrive.cli.main.write_error", lambda _message: signal.raise_signal(number))
     assert main(["explain", "not hex"]) == SIGNALLED + number
 
 

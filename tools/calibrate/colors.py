@@ -13,7 +13,7 @@ import numpy as np
 from behaviors.angles import wrapped_deg
 from behaviors.mission.robot import ColorName, ColorTable, RobotFile
 from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.color import HUES, ColorDetector, usual_shade
+from nxtdrive.vision.detectors.color import HUES, ColorDetector, default_shade
 
 from .course import CalibrationRefused
 from .session import CalibrationResult, ReportLine, identified
@@ -54,12 +54,12 @@ def calibrate_color(
         color: The colour's name in missions; by default the one that it resembles most.
 
     Raises:
-        CalibrationRefused: It has no strong colour, is of another one, or cannot be distinguished from its surroundings.
+        CalibrationRefused: It has no strong colour, is of another one, or does not differ from its surroundings.
     """
     identity = identified(brick, before)
     frames = [camera.read(FRAME_S).image for _ in range(FRAMES)]
     name, learned, error_deg = learn(frames, color)
-    known = before.color.get(name, ColorTable(**usual_shade(name)))
+    known = before.color.get(name, ColorTable(**default_shade(name)))
     shares = tuple(sum(_is_found(frame, name, shade) for frame in frames) / FRAMES for shade in (known, learned))
     if shares[1] < FOUND_SHARE:
         raise CalibrationRefused(

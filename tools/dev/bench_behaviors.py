@@ -95,13 +95,13 @@ def searching_chart() -> MissionChart:
 
 def _chart_figures(turns: int) -> Iterable[Figure]:
     """Measure a fact reported to the chart, next to the cheapest possible state machine."""
-    yield Figure("fact to a bare dict of transitions, CPU", _bare_dispatch_us(turns * 100), "µs")
+    yield Figure("fact to a bare dict of transitions, CPU", _dict_dispatch_us(turns * 100), "µs")
     for name, events in FACTS.items():
         took_us = _each_us(searching_chart().report, events, turns)
         yield at_most(f"fact to the chart, {name}, CPU", took_us, "µs", FACT_US)
 
 
-def _bare_dispatch_us(turns: int) -> float:
+def _dict_dispatch_us(turns: int) -> float:
     """Measure a state machine that is only a dict."""
     table = {("search", Event.TARGET_SEEN): "arrive", ("arrive", Event.ARRIVE_FAILED): "search"}
     state = "search"

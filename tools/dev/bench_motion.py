@@ -40,7 +40,7 @@ FREE = SafetyLimits(enabled=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Cut:
+class LinkCut:
     """The motion after a link was cut.
 
     Attributes:
@@ -117,7 +117,7 @@ def heading_errors(latency_ms: float, number: int = 12, slip_percent: float = 0.
     return turns, drifts
 
 
-def cut_motor(latency_ms: float, power: int, seed: int) -> Cut:
+def cut_motor(latency_ms: float, power: int, seed: int) -> LinkCut:
     """Cut the link at a random moment while a motor turns at a duty cycle; true degrees."""
     simulation = _simulation(seed)
     brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
@@ -127,7 +127,7 @@ def cut_motor(latency_ms: float, power: int, seed: int) -> Cut:
     return _until_rest(simulation, lambda: simulation.brick.output.outputs[OutputPort.A].control.rotation)
 
 
-def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> Cut:
+def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> LinkCut:
     """Cut the link at a random moment while the robot drives; true millimetres."""
     simulation = _simulation(seed)
     brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
@@ -140,14 +140,14 @@ def cut_rover(latency_ms: float, speed_mm_s: float, seed: int) -> Cut:
     return _until_rest(simulation, lambda: simulation.truth.pose.x_mm)
 
 
-def _until_rest(simulation: Simulation, where: Callable[[], float]) -> Cut:
+def _until_rest(simulation: Simulation, where: Callable[[], float]) -> LinkCut:
     begin, begun_ms = where(), simulation.now_ms
     place, moved_ms = begin, begun_ms
     while simulation.now_ms < moved_ms + 1000 * REST_S:
         simulation.advance(10)
         if abs(where() - place) >= 0.1:
             place, moved_ms = where(), simulation.now_ms
-    return Cut(abs(place - begin), (moved_ms - begun_ms) / 1000)
+    return LinkCut(abs(place - begin), (moved_ms - begun_ms) / 1000)
 
 
 def _of_a_real_brick(address: str) -> Iterator[Figure]:
@@ -160,7 +160,7 @@ def _of_a_real_brick(address: str) -> Iterator[Figure]:
     yield Figure("turns, straights: only in the simulator, which reports the true pose", math.nan, "")
 
 
-def _cut_real(address: str, power: int) -> Cut:
+def _cut_real(address: str, power: int) -> LinkCut:
     """Stop sending, as a crashed program does, and read afterwards where the motor stands."""
     brick = open_brick(address)
     motor = brick.motor("A")
@@ -171,7 +171,7 @@ def _cut_real(address: str, power: int) -> Cut:
     transport.sleep(motor.settings.lease_s * 2 + REST_S)
     brick.close()
     with open_brick(address) as fresh:
-        return Cut(abs(rotation(fresh) - begin), math.nan)
+        return LinkCut(abs(rotation(fresh) - begin), math.nan)
 
 
 def _angle_error(brick: Brick, power: int, draw: random.Random) -> float:
@@ -201,7 +201,7 @@ def error_figures(
             yield at_most(f"{name}: {what}", value, "deg", goal)
 
 
-def _cuts(name: str, unit: str, cuts: Sequence[Cut]) -> Iterator[Figure]:
+def _cuts(name: str, unit: str, cuts: Sequence[LinkCut]) -> Iterator[Figure]:
     yield Figure(f"link cut during {name}: farthest", max(cut.distance for cut in cuts), unit)
     if not any(math.isnan(cut.time_s) for cut in cuts):
         yield Figure(f"link cut during {name}: longest", max(cut.time_s for cut in cuts), "s")

@@ -109,7 +109,7 @@ class BenchSetup:
     def _cover(self, picture: Panel, share: float) -> Panel:
         """Return a board just in front of the picture that hides a share of it, from the left, the right or below."""
         texture, near = self._rng.choice(COVERS), 0.97
-        (x0, y0), (x1, y1) = ((near * x, near * y) for x, y in picture.feet_mm)
+        (x0, y0), (x1, y1) = ((near * x, near * y) for x, y in picture.foot_points_mm)
         across_x, across_y = x1 - x0, y1 - y0
         match self._rng.randrange(3):
             case 0:

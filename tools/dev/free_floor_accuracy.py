@@ -141,7 +141,7 @@ class Ray:
         return math.nan if self.seen_px is None else self.seen_px - self.end_px
 
 
-class Painted(TextureLibrary):
+class PatternedTextures(TextureLibrary):
     """The bundled textures, with a floor that has rugs or shadows on it.
 
     Args:
@@ -151,7 +151,7 @@ class Painted(TextureLibrary):
         rng: Chooses the places.
 
     Attributes:
-        rugs: A floor for `Kinds`.
+        rugs: A floor for `SurfaceColors`.
     """
 
     def __init__(self, seed: int, floor: str, condition: Condition, rng: random.Random) -> None:
@@ -178,7 +178,7 @@ class Painted(TextureLibrary):
         return self._floor if name == self._name else super().__getitem__(name)
 
 
-class Kinds(TextureLibrary):
+class SurfaceColors(TextureLibrary):
     """A flat colour for each kind of surface."""
 
     def __init__(self, room: Room, floor: Texture) -> None:
@@ -237,10 +237,10 @@ def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
 def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     """Yield the directions in which floor is visible in a room."""
     rng = random.Random(seed)  # noqa: S311 - a repeatable draw
-    textures = Painted(seed, room.floor, condition, rng)
+    textures = PatternedTextures(seed, room.floor, condition, rng)
     camera = SimCamera(condition.size, lens=PERFECT, floor=room.floor, textures=textures)
     fine = DETECTOR.width_px * FINER, condition.size[1] * DETECTOR.width_px * FINER // condition.size[0]
-    kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=Kinds(room, textures.rugs))
+    kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=SurfaceColors(room, textures.rugs))
     lens = Lens(condition.effects, condition.size, camera.pinhole.focal_px, seed)
     pinhole = DetectorPinhole.from_hfov(condition.size[0], mounting=Mounting(tilt_deg=condition.tilt_deg))
     detector = FreeFloorDetector()

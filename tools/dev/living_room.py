@@ -30,7 +30,7 @@ from nxtdrive.vision.detection import Detection, Detector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
 from nxtdrive.vision.sources import read_image
-from sim_backend.camera.lens import PERFECT, smear_kernel
+from sim_backend.camera.lens import PERFECT, motion_blur_kernel
 from sim_backend.camera.textures import Image
 
 from .detector_ranges import Rooms
@@ -67,14 +67,14 @@ class Camera:
     Attributes:
         roll_deg: Roll of the camera, clockwise.
         gain: Factor of the pixel values of blue, green, red, before they are cut at 255.
-        smear_px: Horizontal blur.
+        motion_blur_px: Horizontal blur.
         jpeg: Quality.
         glare: Share of the print that a reflection makes white.
     """
 
     roll_deg: float = 0.0
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    smear_px: float = 0.0
+    motion_blur_px: float = 0.0
     jpeg: int = 80
     glare: float = 0.0
 
@@ -89,7 +89,7 @@ def _mixture(rng: random.Random) -> Camera:
     return Camera(
         roll_deg=rng.uniform(-10, 10),
         gain=(light / warm, light, light * warm),
-        smear_px=rng.choice((0.0, 0.0, 2.0)),
+        motion_blur_px=rng.choice((0.0, 0.0, 2.0)),
         jpeg=rng.choice((30, 50, 80)),
         glare=rng.choice((0.0, 0.0, 0.1)),
     )
@@ -106,7 +106,7 @@ CONDITIONS: dict[str, Callable[[random.Random], Camera]] = {
     "pixels x3": lambda _: Camera(gain=_gray(3.0)),
     "warm": lambda _: Camera(gain=(0.6, 0.9, 1.2)),
     "cool": lambda _: Camera(gain=(1.25, 1.0, 0.7)),
-    "turn": lambda _: Camera(smear_px=TURN_PX),
+    "turn": lambda _: Camera(motion_blur_px=TURN_PX),
     "JPEG 20": lambda _: Camera(jpeg=20),
     "glare": lambda _: Camera(glare=0.2),
     "living room": _mixture,
@@ -134,8 +134,8 @@ def taken(shot: Shot, camera: Camera, rng: random.Random, width_share: float) ->
     u, v = turn @ (shot.u, shot.v, 1.0)
     frame = frame[MARGIN[1] : MARGIN[1] + SIZE[1], MARGIN[0] : MARGIN[0] + SIZE[0]]
     light = cv2.GaussianBlur(frame, (5, 5), 0.6).astype(np.float32)
-    if camera.smear_px:
-        light = np.asarray(cv2.filter2D(light, -1, smear_kernel(camera.smear_px)), np.float32)
+    if camera.motion_blur_px:
+        light = np.asarray(cv2.filter2D(light, -1, motion_blur_kernel(camera.motion_blur_px)), np.float32)
     noise = np.random.default_rng(rng.randrange(1 << 30)).normal(0, 4.0, light.shape)
     seen = (light * np.array(camera.gain, np.float32) + noise).clip(0, 255).astype(np.uint8)
     packed = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, camera.jpeg])[1]

@@ -36,7 +36,7 @@ def main() -> None:
     args = arguments.parse_args()
     try:
         plan = Image.open(args.folder / MAP).convert("RGB")
-        frames = telling_frames(args.folder)
+        frames = representative_frames(args.folder)
     except (ConfigError, OSError) as error:
         arguments.error(f"{args.folder} is not a run with a map: {error}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
@@ -44,7 +44,7 @@ def main() -> None:
     print(args.out)
 
 
-def telling_frames(folder: Path) -> list[Image.Image]:
+def representative_frames(folder: Path) -> list[Image.Image]:
     """Return one frame each of a sighting, a wait, an arrival and the end, where there is one."""
     entered: dict[str, float] = {}
     for record in read_run(folder).records:

@@ -131,7 +131,7 @@ class Assistant:
 
     def stop(self) -> bool:
         """Abort any motion or mission of the robot; return whether it has ended."""
-        self.robot.let_go()
+        self.robot.stop_hand_drive()
         self.robot.stop_mission()
         until_s = time.monotonic() + END_S
         while self.robot.busy and time.monotonic() < until_s:

@@ -93,9 +93,9 @@ class RfcommDoor(LoopDoor):
         """Have the brick accept only computers that are paired with it, by this PIN."""
         self._adapter.pin = pin
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Have the brick end its connections, as when its Bluetooth is switched off."""
-        self._call(self._hang_up())
+        self._call(self._disconnect())
 
     # --- in the thread ---
 
@@ -181,6 +181,6 @@ class RfcommDoor(LoopDoor):
         self._adapter.lose()
         self._radio.lose()
 
-    async def _hang_up(self) -> None:
+    async def _disconnect(self) -> None:
         for connection in list(self._device.connections.values()):
             await connection.disconnect()

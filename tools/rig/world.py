@@ -121,7 +121,7 @@ class World:
             case "mute":
                 self.usb.device.mute = value
             case "radio" if self.radio is not None:
-                {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.hang_up}[value]()
+                {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.disconnect}[value]()
             case "pin" if self.radio is not None:
                 self.radio.ask_for_pin(value)
             case "cover":

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mission_result import MissionResult
-from .summary import CONFIDENCE, MIN_MISSIONS, RESAMPLES, SEED, Estimate, times_drawn
+from .summary import CONFIDENCE, MIN_MISSIONS, RESAMPLES, SEED, Estimate, bootstrap_counts
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
@@ -58,7 +58,7 @@ def calibration_error(results: Sequence[MissionResult]) -> Estimate:
     if len(sums) < MIN_MISSIONS:
         return Estimate(mean, float("nan"), float("nan"), number)
     tail = (1.0 - CONFIDENCE) / 2
-    low, high = np.quantile(_errors(times_drawn(len(sums))[: RESAMPLES // 4] @ sums), [tail, 1.0 - tail])
+    low, high = np.quantile(_errors(bootstrap_counts(len(sums))[: RESAMPLES // 4] @ sums), [tail, 1.0 - tail])
     return Estimate(mean, float(low), float(high), number)
 
 

@@ -40,7 +40,7 @@ GO_ON = "What is done is in the file: continue with --resume."
 T = TypeVar("T")
 
 
-class Installed(NamedTuple):
+class InstalledVersion(NamedTuple):
     """The nxtdrive that a process uses.
 
     Attributes:
@@ -141,7 +141,7 @@ class Cluster(Executor):
 
 
 @cache
-def installed() -> Installed:
+def installed() -> InstalledVersion:
     """Return the nxtdrive of this process; read once, since loaded modules stay when their files change."""
     files: dict[str, Path] = {}
     for package in PACKAGES:
@@ -151,7 +151,7 @@ def installed() -> Installed:
             name = path.relative_to(root).as_posix()
             if path.suffix in INGREDIENTS and not name.startswith("dev/"):  # tools/dev is in checkouts only
                 files[f"{package.replace('.', '/')}/{name}"] = path
-    return Installed(nxtdrive.__version__, digest_of(files))
+    return InstalledVersion(nxtdrive.__version__, digest_of(files))
 
 
 def digest_of(files: Mapping[str, Path]) -> str:
@@ -162,7 +162,7 @@ def digest_of(files: Mapping[str, Path]) -> str:
     return digest.hexdigest()
 
 
-def as_there(there: Installed, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes
+def as_there(there: InstalledVersion, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes
     """Call `fn` on a worker whose nxtdrive is that of the caller.
 
     Raises:
@@ -181,7 +181,7 @@ def _compare(found: dict[str, Any]) -> None:
         raise _unlike(unlike, installed())
 
 
-def _unlike(workers: dict[str, Any], expected: Installed) -> ConfigError:
+def _unlike(workers: dict[str, Any], expected: InstalledVersion) -> ConfigError:
     differences = "; ".join(f"{worker} {_difference(what, expected)}" for worker, what in sorted(workers.items()))
     return ConfigError(
         f"not every worker has the nxtdrive of this computer, {expected.version}: {differences}.",
@@ -189,7 +189,7 @@ def _unlike(workers: dict[str, Any], expected: Installed) -> ConfigError:
     )
 
 
-def _difference(what: object, expected: Installed) -> str:
+def _difference(what: object, expected: InstalledVersion) -> str:
     if not isinstance(what, tuple):  # its class may differ, too
         return f"has none of this kind ({what})"
     return "has the same version with other sources" if what[0] == expected.version else f"has {what[0]}"

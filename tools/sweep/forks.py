@@ -71,6 +71,6 @@ class Forks:
             self.results.append(float(result))
         raise _AllEnded
 
-    def tell(self, result: float) -> None:
+    def send_result(self, result: float) -> None:
         """Send the result of this copy to the original."""
         os.write(self._pipe, repr(result).encode())

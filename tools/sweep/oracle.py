@@ -12,7 +12,7 @@ from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import StopReason
 from nxtdrive.simulated.robot import ScenarioRobot
-from sim_backend.evaluation import survey
+from sim_backend.evaluation import current_floor_plan
 from sim_backend.scenarios.floor_plan import Goal, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.simulation import Simulation
@@ -71,7 +71,7 @@ class Oracle(Baseline):
 
     def plan(self, goal: Goal) -> Path | None:
         """Return the shortest path among the obstacles of the moment, with the largest clearance that leaves one."""
-        floor, here = survey(self._simulation), self.truth.pose
+        floor, here = current_floor_plan(self._simulation), self.truth.pose
         for margin_mm in MARGINS_MM:
             path = floor.path((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, inflation_mm=INFLATION_MM)
             if path is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Sighting
 from nxtdrive.simulated.robot import ScenarioRobot
-from sim_backend.evaluation import CAMERA_HEIGHT_MM, survey
+from sim_backend.evaluation import CAMERA_HEIGHT_MM, current_floor_plan
 from sim_backend.plane import Point
 from sim_backend.scenarios.floor_plan import Floats, FloorPlan, Goal, Mask, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
@@ -83,7 +83,7 @@ class OracleEyes(Oracle):
         return self.truth.pose.x_mm, self.truth.pose.y_mm
 
     def _walls_and_furniture(self) -> FloorPlan:
-        floor, truth = survey(self._simulation), self.truth
+        floor, truth = current_floor_plan(self._simulation), self.truth
         fixed = (each for each in floor.obstacles if each.name not in truth.pictures and each.name not in truth.people)
         return FloorPlan(floor.size_mm, tuple(fixed))
 

@@ -90,7 +90,7 @@ class Workers:
 
 
 @dataclass(frozen=True, slots=True)
-class Swept:
+class SweepResult:
     """The result of a sweep.
 
     Attributes:
@@ -166,7 +166,7 @@ def sweep(
     *,
     begin: Callable[[], None] = lambda: None,
     progress: Callable[[MissionResult], None] = lambda _: None,
-) -> Swept:
+) -> SweepResult:
     """Run the tasks that have no result in the file yet, and append theirs.
 
     Args:
@@ -188,4 +188,4 @@ def sweep(
             file.append(result.to_json())
             known[result.key] = result
             progress(result)
-    return Swept([known[task.key] for task in tasks], time.perf_counter() - begun_s)
+    return SweepResult([known[task.key] for task in tasks], time.perf_counter() - begun_s)

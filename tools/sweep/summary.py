@@ -92,13 +92,13 @@ def wilson(reached: float, number: float) -> tuple[float, float]:
 
 
 def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    sums = times_drawn(len(values)) @ values
+    sums = bootstrap_counts(len(values)) @ values
     filled = sums[:, 1] > 0
     return np.asarray(sums[filled, 0] / sums[filled, 1], dtype=np.float64)
 
 
 @lru_cache(maxsize=8)
-def times_drawn(number: int) -> NDArray[np.uint16]:
+def bootstrap_counts(number: int) -> NDArray[np.uint16]:
     """Return how often each resample has each mission: one row for each resample."""
     draws = np.random.default_rng(SEED).integers(0, number, (RESAMPLES, number))
     return np.array([np.bincount(each, minlength=number) for each in draws], dtype=np.uint16)

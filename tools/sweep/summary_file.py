@@ -25,7 +25,7 @@ from nxtdrive.recording.output_file import write_file
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .cluster import digest_of, installed
 from .headline import beyond, headline
-from .runner import Swept
+from .runner import SweepResult
 from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by, finite
 
 FORMAT = 1
@@ -109,7 +109,7 @@ def provenance(command: Sequence[str], earlier: Sequence[Any], profiles: Mapping
     }
 
 
-def summary(swept: Swept) -> dict[str, Any]:
+def summary(swept: SweepResult) -> dict[str, Any]:
     """Summarise the results of a sweep."""
     results = swept.results
     agents = by(results, "agent")

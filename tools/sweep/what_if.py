@@ -316,7 +316,7 @@ def branch_costs(source: Source, decision: int, candidates: Sequence[int], futur
     if _copies(source):
         with Forks() as forks:
             outcome = run_with_branch(source, decision, lambda: Branch(*branches[forks.each(len(branches))]))
-            forks.tell(outcome.cost_s(decision))
+            forks.send_result(outcome.cost_s(decision))
         costs_s = forks.results
     else:
         costs_s = [run_with_branch(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]

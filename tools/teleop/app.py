@@ -85,7 +85,7 @@ class Teleop(App[None]):
         Binding("enter", "release", "release"),
         Binding("plus,equals_sign", f"faster({STEP_PERCENT})", "faster", key_display="+"),
         Binding("minus", f"faster({-STEP_PERCENT})", "slower", key_display="-"),
-        Binding("x,X", "let_go", "halt", key_display="x"),
+        Binding("x,X", "set_neutral", "halt", key_display="x"),
         Binding("ctrl+c,ctrl+q", "leave", "quit", priority=True, show=False),
     ]
 
@@ -142,7 +142,7 @@ class Teleop(App[None]):
 
     def on_app_blur(self) -> None:
         """Forget the pressed key when the terminal's window loses the focus."""
-        self._controls.let_go_of_keys()
+        self._controls.release_keys()
 
     def action_emergency_stop(self) -> None:
         """Stop at once and stay stopped."""
@@ -162,9 +162,9 @@ class Teleop(App[None]):
         """End the emergency stop."""
         self._controls.release()
 
-    def action_let_go(self) -> None:
+    def action_set_neutral(self) -> None:
         """Stop."""
-        self._controls.let_go()
+        self._controls.set_neutral()
 
     def action_faster(self, step_percent: int) -> None:
         """Change the speed."""
@@ -212,7 +212,7 @@ class Teleop(App[None]):
         for button in reading.pressed:
             self._act_on(button)
         if reading.lost:
-            self._controls.let_go()
+            self._controls.set_neutral()
         if reading.sticks is not None:
             self._controls.steer(reading.sticks.ahead, reading.sticks.turn, self._now())
 

@@ -70,23 +70,23 @@ class Controls:
         self._stick_free = self._stick_free or not moved
         self._stick = (ahead, turn, now_s) if moved and self._stick_free and not self.stopped else None
 
-    def let_go_of_keys(self) -> None:
+    def release_keys(self) -> None:
         """Forget the pressed key."""
         self._key = None
 
-    def let_go(self) -> None:
-        """Stop, without an emergency."""
+    def set_neutral(self) -> None:
+        """Set all controls to neutral, which stops the robot; no emergency stop."""
         self._key = self._stick = None
         self._stick_free = False
 
     def emergency_stop(self) -> None:
         """Stop, and stay stopped until `release`."""
         self.stopped = True
-        self.let_go()
+        self.set_neutral()
 
     def release(self) -> None:
         """End the emergency stop; keys and sticks used during it do not count."""
-        self.let_go()
+        self.set_neutral()
         self.stopped = False
 
     def faster(self, step_percent: int = STEP_PERCENT) -> None:

@@ -98,7 +98,7 @@ class Gamepad:
                 changed = True
             if self._is_ours(event, self._pygame.CONTROLLERDEVICEREMOVED):
                 lost, self._without = True, UNPLUGGED
-                self._let_go()
+                self._close_joystick()
             elif self._is_ours(event, self._pygame.CONTROLLERBUTTONDOWN) and event.button in self._meanings:
                 pressed.append(self._meanings[event.button])
         if changed and self._open is None:
@@ -107,7 +107,7 @@ class Gamepad:
 
     def close(self) -> None:
         """Close the gamepad."""
-        self._let_go()
+        self._close_joystick()
         self._controllers.quit()
         self._pygame.joystick.quit()
         self._pygame.display.quit()
@@ -115,7 +115,7 @@ class Gamepad:
     def _is_ours(self, event: Event, kind: int) -> bool:
         return bool(event.type == kind and event.instance_id == self._instance)
 
-    def _let_go(self) -> None:
+    def _close_joystick(self) -> None:
         if self._open is not None:
             self._open.quit()
         self._open = self._instance = None

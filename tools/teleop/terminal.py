@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any, TextIO
 
 
-class LastingStream:
+class TolerantStream:
     """A stream that never fails: from its first error on it drops all text.
 
     A thread of textual writes to the terminal. If an error ended it, the program would wait for it forever.
@@ -39,11 +39,11 @@ class LastingStream:
 
 
 @contextmanager
-def lasting_terminal() -> Iterator[None]:
-    """Have textual, which draws on Python's own standard error, draw on a `LastingStream`."""
+def tolerant_terminal() -> Iterator[None]:
+    """Have textual, which draws on Python's own standard error, draw on a `TolerantStream`."""
     before = sys.__stderr__
     assert before is not None  # noqa: S101 - `nxtdrive teleop` has checked that there is a terminal
-    sys.__stderr__ = LastingStream(before)  # type: ignore[assignment, misc] # it has all that textual uses
+    sys.__stderr__ = TolerantStream(before)  # type: ignore[assignment, misc] # it has all that textual uses
     try:
         yield
     finally:

@@ -74,7 +74,7 @@ GRACE_S = 1
 """Clients have this time to close when the server ends."""
 
 
-class Watched(Protocol):
+class WatchedRobot(Protocol):
     """A robot with a mission that clients watch; all methods may be called from any thread."""
 
     def picture(self) -> Image | None:
@@ -109,7 +109,7 @@ class Server:
         calibrations: The robot's; None where it cannot be calibrated.
     """
 
-    robot: Watched
+    robot: WatchedRobot
     hub: Hub
     missions: Missions
     runs: Runs
@@ -179,7 +179,7 @@ class Server:
     def _give_control(self, client: Client) -> None:
         """Stop the robot for a driver that hands over or leaves; the next one's pad must return to its middle first."""
         if self._arbiter.driver == client.name and self.driven is not None:
-            self.driven.let_go()
+            self.driven.stop_hand_drive()
         self._arbiter.give(client.name)
 
     def _handle(self, client: Client, message: Message) -> Work | None:

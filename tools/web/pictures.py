@@ -44,7 +44,7 @@ class PictureFeed:
         """Call `observer` with each frame; None ends that."""
         self._observer = observer
 
-    def wants(self, number: int) -> bool:
+    def needs(self, number: int) -> bool:
         """Return whether the frame with a number is needed."""
         if self._observer is not None:
             return number % (self.fps // VIDEO_FPS) == 0

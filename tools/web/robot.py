@@ -117,9 +117,9 @@ class Robot:
             if self.controls.awaits_centre:
                 raise ValueError(AWAITS_CENTRE)
 
-    def let_go(self) -> None:
+    def stop_hand_drive(self) -> None:
         """Stop driving by hand; any thread."""
-        self.controls.let_go()
+        self.controls.set_neutral()
         self._news.set()
 
     def stop(self) -> None:
@@ -227,7 +227,7 @@ class Robot:
                 self._opened.put(error)
                 return
             if robot.source == GEOMETRIC:  # its missions look at no frames
-                robot.watch(self._pictures.frame, self._pictures.fps, self._pictures.wants)
+                robot.watch(self._pictures.frame, self._pictures.fps, self._pictures.needs)
             else:
                 robot.watch(self._pictures.frame, self._pictures.fps)
             self._now = robot.brick.now
@@ -237,7 +237,7 @@ class Robot:
                     self._perform(task, robot)
                 else:
                     self._drive_by_hand(robot.brick)
-                self.controls.let_go()  # a pad that is held meanwhile must not start the robot
+                self.controls.set_neutral()  # a pad that is held meanwhile must not start the robot
 
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a task is to drive, or the robot is built in another way."""
@@ -258,7 +258,7 @@ class Robot:
                 room.show()
             except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
                 if not isinstance(error, SENSOR_ERRORS):
-                    self.controls.let_go()  # as after a task
+                    self.controls.set_neutral()  # as after a task
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)
                 self._news.clear()  # or the next wait would not wait

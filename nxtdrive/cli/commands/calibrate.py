@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, writing
-from nxtdrive.cli.output import complain, make_console, make_table, print_line, write_json, write_line
+from nxtdrive.cli.output import make_console, make_table, print_line, write_error, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
@@ -93,13 +93,13 @@ def run(args: argparse.Namespace) -> int:
     what = _wanted(args)
     if args.sheet:
         return _write_sheet(args.sheet)
-    from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE, default_robot_file, read_robot_file
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import brick_address, in_room
 
-    path = args.robot or usual_robot() or ROBOT_FILE
+    path = args.robot or default_robot_file() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
     with writing(path), tempfile.TemporaryFile(dir=path.parent):
         pass  # refused before the robot drives for minutes, if nothing can be written there
@@ -116,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
         else:
             outcome = _before_the_sheet(args, address, before, what)
     except CalibrationRefused as refusal:
-        complain(f"{refusal} {path} was {'left as it is' if os.path.lexists(path) else 'not written'}.")
+        write_error(f"{refusal} {path} was {'left as it is' if os.path.lexists(path) else 'not written'}.")
         return NOT_ACHIEVED
     with writing(path):
         write_robot_file(path, outcome.file)
@@ -155,10 +155,10 @@ def _before_the_sheet(
 def _colors(args: argparse.Namespace, address: Address, before: RobotFile) -> CalibrationResult:
     from nxtdrive.mission.assembly import open_robot
     from nxtdrive.tools.calibrate.colors import calibrate_color
-    from nxtdrive.vision.detectors.color import usual_shade
+    from nxtdrive.vision.detectors.color import default_shade
 
     if args.color:
-        usual_shade(args.color)  # before a brick is opened
+        default_shade(args.color)  # before a brick is opened
     with open_robot(address, args.camera) as robot:
         return calibrate_color(robot.brick, robot.camera, before, _today(), args.color)
 
@@ -186,7 +186,7 @@ def _ask_number(question: str) -> float:
         with suppress(ValueError):
             if math.isfinite(value := float(answer)):
                 return value
-        complain(f"{answer!r} is not a number. Write one such as 985 or -12.5; Enter alone means 0.", sender="")
+        write_error(f"{answer!r} is not a number. Write one such as 985 or -12.5; Enter alone means 0.", sender="")
 
 
 def _read_line(prompt: str) -> str:

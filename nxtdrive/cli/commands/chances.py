@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import output_file, writing
-from nxtdrive.cli.output import complain, make_console, make_table, write_line
+from nxtdrive.cli.output import make_console, make_table, write_error, write_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -123,7 +123,7 @@ def _counted(path: Path, more: list[dict[str, Any]], sources: list[dict[str, Any
     known = {(str(each.get("name")), str(each["sha256"])) for each in sources if "sha256" in each}
     again = [name for each in more if (name := str(each.get("name")), str(each.get("sha256"))) in known]
     if again:
-        complain(f"{path} is not counted: {again[0]} is in the counts already.", sender="")
+        write_error(f"{path} is not counted: {again[0]} is in the counts already.", sender="")
     return bool(again)
 
 
@@ -147,9 +147,9 @@ def _read_run(path: Path) -> list[Prediction]:
 
     past = read_run(path)
     if past.mission is None:
-        complain(f"{path} is not counted: its mission is not recorded.", sender="")
+        write_error(f"{path} is not counted: its mission is not recorded.", sender="")
     elif (profile := past.mission.mission.profile) != ADAPTIVE:
-        complain(f"{path} is not counted: its profile {profile} predicts no chances.", sender="")
+        write_error(f"{path} is not counted: its profile {profile} predicts no chances.", sender="")
     else:
         return predictions(past.records, profile, past.mission)
     return []

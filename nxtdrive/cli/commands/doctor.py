@@ -145,10 +145,10 @@ class _Examination:
 def _robot_file(args: argparse.Namespace, mission: Mission | None) -> Path | None:
     """Return the robot file that missions use."""
     from behaviors.mission import chosen_robot_file
-    from nxtdrive.mission.files import usual_robot
+    from nxtdrive.mission.files import default_robot_file
 
     named = None if mission is None else mission.mission.robot_file
-    return chosen_robot_file(named, args.mission, args.robot, usual_robot())
+    return chosen_robot_file(named, args.mission, args.robot, default_robot_file())
 
 
 def _other_brick(brick: Brick, robot_file: Path | None) -> Iterator[Finding]:

@@ -16,7 +16,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import check_not_read, number, writing
-from nxtdrive.cli.output import complain, write_content, write_line
+from nxtdrive.cli.output import write_content, write_error, write_line
 from nxtdrive.cli.progress import with_progress
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         "csv": partial(_write_csv, past),
         "webm": partial(_write_webm, past, pictures),
     }
-    say = write_line if STANDARD_OUTPUT not in given.values() else partial(complain, sender="")
+    say = write_line if STANDARD_OUTPUT not in given.values() else partial(write_error, sender="")
     for kind, path in _files(past, given).items():
         if given[kind] == STANDARD_OUTPUT:
             with TemporaryDirectory() as folder:

@@ -25,7 +25,7 @@ from nxtdrive.cli.options import (
     output_file,
     writing,
 )
-from nxtdrive.cli.output import complain, make_console, write_json, write_line
+from nxtdrive.cli.output import make_console, write_error, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
         wild = set(pattern) & set("*?[")
         names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
         if not names:
-            complain(f"no file on the brick matches {pattern}; {LISTED}")
+            write_error(f"no file on the brick matches {pattern}; {LISTED}")
             code = code or NOT_ACHIEVED
         for name in names:
             try:
@@ -124,7 +124,7 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
             except (BrickError, ConfigError, LocalProtocolError) as error:
                 missing = isinstance(error, BrickError) and error.status is Status.FILE_NOT_FOUND
                 text = f"there is no file {name} on the brick; {LISTED}"
-                complain(text if missing else f"{name} is kept: {error}")
+                write_error(text if missing else f"{name} is kept: {error}")
                 code = code or exit_code(error) or USAGE
             else:
                 _say(args, {"deleted": name})

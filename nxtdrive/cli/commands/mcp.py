@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import mission_brick, number
-from nxtdrive.cli.output import complain
+from nxtdrive.cli.output import write_error
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
 from nxtdrive.host.environment import require
@@ -86,6 +86,6 @@ def _page(robot: Robot, assistant: Assistant, address: str, listener: socket.soc
     from nxtdrive.tools.web.runs import Runs
 
     server = Server(robot, assistant.status_hub, assistant.missions, Runs(assistant.runs), address)
-    complain(f"the page is http://{LOOPBACK}:{listener.getsockname()[1]}/")
+    write_error(f"the page is http://{LOOPBACK}:{listener.getsockname()[1]}/")
     with serving(server, listener):
         yield

@@ -63,17 +63,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     target = new.add_mutually_exclusive_group()
     target.add_argument(
-        "--picture", metavar="IMAGE", action=_Once, type=Path, help="look for what this photograph shows, if it is flat"
+        "--picture",
+        metavar="IMAGE",
+        action=_StoreOnce,
+        type=Path,
+        help="look for what this photograph shows, if it is flat",
     )
     target.add_argument(
         "--marker",
         metavar="ID",
-        action=_Once,
+        action=_StoreOnce,
         type=marker_id,
         help="look for this ArUco marker (0 to 49, dictionary 4x4_50), and write the sheet to print",
     )
     target.add_argument(
-        "--qr", metavar="TEXT", action=_Once, help="look for a QR code with this text, and write the sheet to print"
+        "--qr",
+        metavar="TEXT",
+        action=_StoreOnce,
+        help="look for a QR code with this text, and write the sheet to print",
     )
     new.add_argument(
         "--height-mm",
@@ -85,7 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
 
-class _Once(argparse.Action):
+class _StoreOnce(argparse.Action):
     """Stores the target of a new mission, and refuses a second one, which would silently replace it."""
 
     def __call__(

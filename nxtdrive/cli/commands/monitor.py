@@ -13,7 +13,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
-from nxtdrive.cli.output import complain, make_console, make_table, write_json
+from nxtdrive.cli.output import make_console, make_table, write_error, write_json
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from nxtdrive.brick import Brick
-    from nxtdrive.sensors import Measuring
+    from nxtdrive.sensors import QuantitySensor
     from nxtdrive.tools.monitor import History, Plot, Snapshot
 
 DESCRIPTION = """\
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _kept(
-    snapshots: Iterator[Snapshot], table: CsvFile, sensors: Mapping[int, Measuring[Any] | None]
+    snapshots: Iterator[Snapshot], table: CsvFile, sensors: Mapping[int, QuantitySensor[Any] | None]
 ) -> Iterator[Snapshot]:
     """Yield snapshots, each after writing it as a row, with a column for each measuring sensor."""
     begun: float | None = None
@@ -123,10 +123,10 @@ def _kept(
 
 
 def _say_loss(error: str) -> None:
-    complain(f"{error} The monitor continues when the brick answers.")
+    write_error(f"{error} The monitor continues when the brick answers.")
 
 
-def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
+def _named(words: list[str], brick: Brick) -> dict[int, QuantitySensor[Any]]:
     from nxtdrive.sensors.kinds import make_sensor
 
     sensors = {}

@@ -18,7 +18,7 @@ from nxtdrive.cli.options import (
     add_robot_argument,
     mission_brick,
 )
-from nxtdrive.cli.output import complain, make_console, print_line
+from nxtdrive.cli.output import make_console, print_line, write_error
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument, require_page
 from nxtdrive.cli.progress import with_progress
@@ -152,7 +152,7 @@ def _page(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> LiveR
     listener = stack.enter_context(closing(listen(args.port)))
     url = "http://{}:{}/".format(*listener.getsockname())
     with suppress(OSError):
-        complain(f"watch the run at {url}", sender="") if args.json else print_line(f"watch the run at {url}")
+        write_error(f"watch the run at {url}", sender="") if args.json else print_line(f"watch the run at {url}")
     return LiveRun(mission, listener, confirm=args.confirm_recovery, file=args.mission, runs=args.out)
 
 
@@ -173,7 +173,7 @@ def _mission(args: argparse.Namespace) -> Mission:
     if args.profile is not None:
         mission = with_profile(mission, args.profile)
     for warning in warnings(mission):
-        complain(f"warning: {warning}")
+        write_error(f"warning: {warning}")
     return mission
 
 
@@ -201,7 +201,7 @@ def _say_nothing(_text: str) -> None:
 
 def _say_failure(name: str, error: str) -> None:
     with suppress(OSError):
-        complain(f"{name} failed and is left out; the mission does not need it: {error}")
+        write_error(f"{name} failed and is left out; the mission does not need it: {error}")
 
 
 def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
@@ -214,7 +214,7 @@ def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
     try:
         run.write_video(with_progress(VIDEO))
     except KeyboardInterrupt:
-        complain(f"{VIDEO} is left out; `nxtdrive export {recording.folder.path} --webm` makes it.")
+        write_error(f"{VIDEO} is left out; `nxtdrive export {recording.folder.path} --webm` makes it.")
 
 
 def _print_json(record: Record) -> None:
@@ -234,7 +234,7 @@ def _say_where(report: Report, recording: Recording) -> None:
     for hint in report.hints:  # again, for the reader of a long run's last lines
         _say_hint(hint)
     if report.error:
-        complain(report.error)
+        write_error(report.error)
     for path in recording.files():
         print_line(str(path))
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import complain, write_json, write_line
+from nxtdrive.cli.output import write_error, write_json, write_line
 from nxtdrive.ports import SENSOR_PORTS
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
     from nxtdrive.ports import SensorPort
-    from nxtdrive.sensors import Measuring, Reading
+    from nxtdrive.sensors import QuantitySensor, Reading
 
 DESCRIPTION = """\
 Read a sensor once (read) or as fast as the link allows (watch), identify digital
@@ -102,7 +102,7 @@ def _watch_into(table: CsvFile | None, args: argparse.Namespace, brick: Brick) -
             table.write({"time_s": round(reading.time_s - begun, 3), name: plain(reading.value)})
 
 
-def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
+def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> QuantitySensor[Any]:
     from nxtdrive.sensors import identify
     from nxtdrive.sensors.kinds import KINDS, make_sensor
 
@@ -126,10 +126,12 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
 def _warn_of_program(brick: Brick) -> None:
     """Say that a running program will find its ports changed."""
     if name := brick.programs.running:
-        complain(f"warning: {name} is running on the brick, and reads the ports that are set up here in another mode.")
+        write_error(
+            f"warning: {name} is running on the brick, and reads the ports that are set up here in another mode."
+        )
 
 
-def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> None:
+def _print(sensor: QuantitySensor[Any], reading: Reading[Any], *, as_json: bool) -> None:
     from nxtdrive.sensors.kinds import in_words, plain
 
     if as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, mission_brick
-from nxtdrive.cli.output import complain, make_console, print_line
+from nxtdrive.cli.output import make_console, print_line, write_error
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument
 from nxtdrive.signals import until_signal
@@ -88,7 +88,7 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
     from sim_backend.doors.sockets import bracketed, is_loopback
 
     if not is_loopback(served[0]):
-        complain(f"warning: anyone who can reach {served[0]} can drive this robot.")
+        write_error(f"warning: anyone who can reach {served[0]} can drive this robot.")
     print_line(f"serving {bracketed(served[0])}:{served[1]}")
     print_line(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
     print_line("Ctrl-C ends it.")
@@ -103,9 +103,9 @@ def _say_reply(record: Record) -> None:
         value = "a line of JSON" if isinstance(data["value"], str) else data["value"]
         print_line(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}".rstrip())
         if data["error"]:
-            complain(data["error"])
+            write_error(data["error"])
 
 
 def _say_sensor(sensor: str, error: str) -> None:
     said = f"continuing without {sensor}: {error}" if error else f"the {sensor} answers again"
-    complain(said)
+    write_error(said)

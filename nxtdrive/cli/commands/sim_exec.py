@@ -18,7 +18,7 @@ from pathlib import Path
 import sim_backend.doors
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.commands.sim_serve import links
-from nxtdrive.cli.output import complain
+from nxtdrive.cli.output import write_error
 from nxtdrive.signals import SIGNALLED, handling
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import wait_readable
@@ -60,7 +60,9 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
     if not switchboard.telegrams:
         native = "If it is no Python program with pyusb, add --native."
         advice = "Does it look for a brick on USB?" if args.native else native
-        complain(f"the program sent nothing to the brick on USB. {advice} `nxtdrive sim serve` has other connections.")
+        write_error(
+            f"the program sent nothing to the brick on USB. {advice} `nxtdrive sim serve` has other connections."
+        )
     return child.returncode if child.returncode >= 0 else SIGNALLED - child.returncode
 
 

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.output import complain, make_console, write_json, write_line, write_text
+from nxtdrive.cli.output import make_console, write_error, write_json, write_line, write_text
 from nxtdrive.signals import until_signal
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import Door, wait_readable
@@ -55,7 +55,7 @@ def serve(args: argparse.Namespace) -> int:
         switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.connection)))
         server = RealTimeServer(simulation, switchboard, [stream, *webcams], fps=fps, now=clock.now, wait=wait_readable)
         if not is_loopback(args.host):
-            complain(f"warning: anyone who can reach {args.host} can drive this brick.")
+            write_error(f"warning: anyone who can reach {args.host} can drive this brick.")
         out.serving(doors, stream.url, webcams)
 
         def report(status: Status) -> None:

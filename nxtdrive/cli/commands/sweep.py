@@ -13,14 +13,14 @@ from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_json_argument, output_file, writing
-from nxtdrive.cli.output import complain, make_console, write_json, write_line
+from nxtdrive.cli.output import make_console, write_error, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nxtdrive.tools.sweep.mission_result import MissionResult
-    from nxtdrive.tools.sweep.runner import Swept
+    from nxtdrive.tools.sweep.runner import SweepResult
     from nxtdrive.tools.sweep.task import Task
 
 DESCRIPTION = """\
@@ -138,9 +138,9 @@ def run(args: argparse.Namespace) -> int:
     performed = provenance(_command(tasks, args), earlier, profiles)
     swept = _sweep(tasks, out, args, performed)
     if earlier:
-        complain(f"other versions of nxtdrive or its libraries performed missions in {out}; the summary names them.")
+        write_error(f"other versions of nxtdrive or its libraries performed missions in {out}; the summary names them.")
     for name in (each for each, digests in profiles.items() if len(digests) > 1):
-        complain(f"{name} has changed since some of its missions in {out}. For a comparison choose another --out.")
+        write_error(f"{name} has changed since some of its missions in {out}. For a comparison choose another --out.")
     write_summary(summary_path(out), {**performed, **summary(swept)})
     _tell(swept.results, swept.eval_s, args)
     if args.plot:
@@ -178,7 +178,7 @@ def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
     return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
-def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed: dict[str, Any]) -> Swept:
+def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed: dict[str, Any]) -> SweepResult:
     """Run the missing missions, with a progress bar; a sweep that is killed leaves what performed it in the summary."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.teleop.floor_map import FloorMap
     from nxtdrive.tools.teleop.latest_frame import FPS, LatestFrame
     from nxtdrive.tools.teleop.pilot import Pilot
-    from nxtdrive.tools.teleop.terminal import lasting_terminal
+    from nxtdrive.tools.teleop.terminal import tolerant_terminal
 
     mission = read_mission_file(args.mission, args.robot)
     target = _target(args, mission)
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
             if target:
                 spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, latest)))
         stopped = stack.enter_context(until_signal())
-        stack.enter_context(lasting_terminal())
+        stack.enter_context(tolerant_terminal())
         floor_map = FloorMap(mission.robot.sonar_forward_mm, mission.camera)
         pilot = Pilot(brick, rover, controls, spotter, floor_map=floor_map)
         name = brick.link.transport.address

@@ -13,7 +13,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, check_writable, number, output_file, writing
-from nxtdrive.cli.output import complain, make_console, make_table, write_json, write_line
+from nxtdrive.cli.output import make_console, make_table, write_error, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def _examined(
 
     if isinstance(source, RecordedRun):
         check_writable(source.path / WHAT_IF, KEEPING)
-    for each in examine(name, source, request, workers, lambda text: complain(text, sender="")):
+    for each in examine(name, source, request, workers, lambda text: write_error(text, sender="")):
         if isinstance(source, RecordedRun):
             with writing(source.path, KEEPING):
                 keep(source.path, name, each)

@@ -12,7 +12,7 @@ from firmware_protocol.printable import printable
 from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import CandidateTable, known_lines
 from nxtdrive.recording.decisions import Decision, DecisionResult, StateSpan, same
-from nxtdrive.recording.explanation import Explained, Explanation
+from nxtdrive.recording.explanation import ExplainedDecision, Explanation
 from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
 
 LEFT = {"left": "left for now", "gave_up": "given up"}
@@ -67,7 +67,7 @@ def _head(explanation: Explanation) -> list[Text]:
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
 
 
-def _body(each: Explained, explanation: Explanation) -> Table:
+def _body(each: ExplainedDecision, explanation: Explanation) -> Table:
     decision = each.decision
     grid = Table.grid(padding=(0, 2))
     grid.add_column(style="dim", no_wrap=True)
@@ -86,12 +86,12 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     return grid
 
 
-def _raw(each: Explained) -> Text:
+def _raw(each: ExplainedDecision) -> Text:
     known = ", ".join(f"{name}: {value}" for name, value in each.decision.known.items())
     return Text(printable(known) or "nothing is recorded")
 
 
-def _candidates(each: Explained, explanation: Explanation) -> RenderableType:
+def _candidates(each: ExplainedDecision, explanation: Explanation) -> RenderableType:
     choice = each.decision.choice
     if not each.candidates:
         if explanation.unavailable:
@@ -103,7 +103,7 @@ def _candidates(each: Explained, explanation: Explanation) -> RenderableType:
     return CandidateTable(each.candidates, marks, chosen)
 
 
-def _chosen(each: Explained) -> Text:
+def _chosen(each: ExplainedDecision) -> Text:
     decision = each.decision
     choice = decision.choice
     text = Text(printable(choice.words() if choice else spaced(decision.chose)), style="bold")
@@ -145,7 +145,7 @@ def _step_words(step: StateSpan, target: str) -> str:
     return f"{name} {step.seconds:.1f} s"
 
 
-def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text]]:
+def _replayed(each: ExplainedDecision, explanation: Explanation) -> list[tuple[str, Text]]:
     """Show what the given policy would have chosen; the run's own policy only if it would choose differently now."""
     replay, choice, other = each.replay, each.decision.choice, explanation.other_policy
     if replay.choice is None:

@@ -24,8 +24,8 @@ from nxtdrive.recording.map.style import (
     UNKNOWN,
     VIEW,
     VIEW_EDGE,
+    lightened,
     mark_style,
-    pale,
     path_style,
     target_color,
 )
@@ -90,7 +90,7 @@ class MapPainter:
             sheet.circle(at, 1.5, ECHO)
         for _, color, points in self._targets:
             for at in _pixels(view, points):
-                sheet.circle(at, 2.2, pale(color))
+                sheet.circle(at, 2.2, lightened(color))
             _paint_target(sheet, view.at(on_page(middle(points))), color)
         for state, points in self._scene.pieces():
             _paint_path(view, state, points)

@@ -87,7 +87,7 @@ def target_color(number: int) -> Color:
     return TARGET_COLORS[number % len(TARGET_COLORS)]
 
 
-def pale(color: Color) -> Color:
+def lightened(color: Color) -> Color:
     """Return a colour mixed with white."""
     red, green, blue = ((part + 2 * 255) // 3 for part in color)
     return red, green, blue

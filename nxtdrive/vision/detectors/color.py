@@ -25,7 +25,7 @@ MIN_FILL = 0.6
 """Minimum share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
 
 
-def usual_shade(color: str) -> dict[str, float]:
+def default_shade(color: str) -> dict[str, float]:
     """Return the arguments of `ColorDetector` for a colour that was not calibrated.
 
     Raises:
@@ -43,14 +43,14 @@ class ColorDetector:
     Args:
         color: One of `HUES`.
         shade: How it looks in this camera and light: ``hue_deg``, ``reach_deg``, ``min_saturation_percent``,
-            ``min_value_percent``; missing ones are as `usual_shade` says.
+            ``min_value_percent``; missing ones are as `default_shade` says.
 
     Raises:
         ConfigError: There is no such colour.
     """
 
     def __init__(self, color: str, **shade: float) -> None:
-        shade = {**usual_shade(color), **shade}
+        shade = {**default_shade(color), **shade}
         self._hue, self._reach = round(shade["hue_deg"] / 2), round(shade["reach_deg"] / 2)
         self._saturation = round(2.55 * shade["min_saturation_percent"])
         self._value = round(2.55 * shade["min_value_percent"])
@@ -84,4 +84,4 @@ class ColorDetector:
 def from_spec(spec: DetectorSpec) -> ColorDetector:
     """Make the detector from ``color``, and how that looks."""
     color = spec.take("color", str)
-    return ColorDetector(color, **{key: spec.take(key, float, usual) for key, usual in usual_shade(color).items()})
+    return ColorDetector(color, **{key: spec.take(key, float, usual) for key, usual in default_shade(color).items()})

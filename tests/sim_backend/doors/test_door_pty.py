@@ -59,7 +59,7 @@ def terminal(tmp_path, clock):
     """Without a door around it; its name is `device`."""
     terminal = Terminal("terminal", now=clock.now)
     yield terminal
-    terminal.hang_up()
+    terminal.disconnect()
 
 
 @pytest.fixture
@@ -165,7 +165,7 @@ def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):
             port.write(frame(telegram))
             assert _arrived(terminal) == [telegram]
     finally:
-        terminal.hang_up()
+        terminal.disconnect()
 
 
 def test_the_door_has_a_visitor_once_a_program_writes(door):
@@ -185,7 +185,7 @@ def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door
         port.write(frame(GET_BATTERY))
         select.select([door], [], [], 10)
         (visitor,) = door.accept()
-        visitor.hang_up()
+        visitor.disconnect()
         with pytest.raises((OSError, serial.SerialException)):
             port.read(1)
     assert door.accept() == []
@@ -204,7 +204,7 @@ def test_while_the_name_cannot_be_made_again_the_server_goes_on_and_tries_later(
         port.write(frame(GET_BATTERY))
         select.select([door], [], [], 10)
         (visitor,) = door.accept()
-        visitor.hang_up()
+        visitor.disconnect()
     door.path.unlink()
     folder.rmdir()
     for _ in range(3):

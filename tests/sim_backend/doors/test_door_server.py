@@ -36,7 +36,7 @@ class _Mailbox:
     def send(self, data):
         self.replies.append(data)
 
-    def hang_up(self):
+    def disconnect(self):
         self.closed = True
 
     def fileno(self):

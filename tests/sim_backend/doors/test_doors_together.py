@@ -261,7 +261,7 @@ def test_a_program_that_is_gone_before_it_is_accepted_does_not_end_the_server(mo
     with contextlib.closing(door), socket.create_connection(("127.0.0.1", door.port)) as first:
         with socket.create_connection(("127.0.0.1", door.port)):
             (client,) = door.accept()
-            client.hang_up()
+            client.disconnect()
         assert first.recv(1) == b""
 
 

@@ -247,7 +247,7 @@ def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
 def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
     def half_in_the_first(forks):
         with forks:
-            forks.tell([0.5][forks.each(2)])
+            forks.send_result([0.5][forks.each(2)])
 
     forks = Forks()
     with pytest.raises(RuntimeError, match="without a result"):

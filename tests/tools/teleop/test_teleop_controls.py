@@ -40,7 +40,7 @@ def test_right_is_positive_and_the_last_key_counts(controls):
     assert controls.wanted(0.1)[1] > 0
     controls.press(Direction.LEFT, 0.2)
     assert controls.wanted(0.3)[1] < 0
-    controls.let_go()
+    controls.set_neutral()
     assert controls.wanted(0.3) == STOP
 
 
@@ -187,7 +187,7 @@ def test_held_wheels_are_let_alone_until_the_key_is_let_go(room, controls):
     wheel.locked = False
     controls.press(Direction.BACK, brick.now())
     assert pilot.step().state == "driving"
-    controls.let_go()
+    controls.set_neutral()
     pilot.step()
     controls.press(Direction.FORWARD, brick.now())
     assert pilot.step().state == "driving"

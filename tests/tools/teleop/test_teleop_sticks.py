@@ -103,11 +103,11 @@ def test_a_stick_at_rest_leaves_the_keys_alone_and_a_moved_one_wins(controls):
 
 def test_leaving_the_window_lets_go_of_the_keys_only(controls):
     controls.steer(1.0, 0.0, 1.0)
-    controls.let_go_of_keys()
+    controls.release_keys()
     assert controls.wanted(1.0) != STOP
     controls.steer(0.0, 0.0, 1.0)
     controls.press(Direction.BACK, 1.0)
-    controls.let_go_of_keys()
+    controls.release_keys()
     assert controls.wanted(1.0) == STOP
 
 
@@ -120,7 +120,7 @@ def _emergency(controls):
     controls.release()
 
 
-@pytest.mark.parametrize("stop", [_emergency, Controls.let_go])
+@pytest.mark.parametrize("stop", [_emergency, Controls.set_neutral])
 def test_after_a_stop_the_stick_drives_only_when_it_has_been_in_the_middle(controls, stop):
     controls.steer(1.0, 0.0, 1.0)
     stop(controls)

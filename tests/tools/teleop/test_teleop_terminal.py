@@ -15,7 +15,7 @@ from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import Spotter
-from nxtdrive.tools.teleop.terminal import LastingStream
+from nxtdrive.tools.teleop.terminal import TolerantStream
 from tests.small_mission import MISSION
 from tests.tools.teleop.on_screen import app_of, play, text, until
 
@@ -213,7 +213,7 @@ def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
     reader, writer = os.pipe()
     os.close(reader)
     with suppress(BrokenPipeError), open(writer, "w") as closed:
-        drawing = LastingStream(closed)
+        drawing = TolerantStream(closed)
         for _ in range(3):
             assert drawing.write("x" * 10_000) == 10_000
             drawing.flush()

@@ -106,7 +106,7 @@ def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
     robot.open()
     try:
         assert tries.acquire(timeout=LIMIT_S)
-        robot.let_go()
+        robot.stop_hand_drive()
         assert tries.acquire(timeout=LIMIT_S)
         assert not tries.acquire(timeout=0.2)  # it would be tried thousands of times
     finally:

@@ -70,9 +70,9 @@ class ReplyChecker:
             if (took_s := self._now() - begun_s) > LONGEST_CALL_S:
                 self.wrong.append(f"{command} took {took_s:.1f} s")
         sent = self._wire.exchanges
-        if self._wire.doubles:  # within this time, the second copy of a reply may pass for that to a like request
+        if self._wire.duplicates:  # within this time, the second copy of a reply may pass for that to a like request
             first = min(first, next((i for i, each in enumerate(sent) if each.time_ms >= since_ms), first))
-        if not any(_answers(each, command, reply, exact=not self._wire.doubles) for each in sent[first:]):
+        if not any(_answers(each, command, reply, exact=not self._wire.duplicates) for each in sent[first:]):
             self.wrong.append(f"{reply} is the reply to {command}, which the brick did not send for it")
         return reply
 
@@ -180,7 +180,7 @@ def run_program(actions: Sequence[Action], wire: Wire, *, reconnecting: bool = F
     still.watch("the end of the program")
     simulation.advance(WATCHED_MS + 1)
     values = [] if witness is None else witness.wrong
-    if trial is not None and not wire.falsifies:
+    if trial is not None and not wire.undetectable:
         values = values + trial.wrong
     return ", ".join(sorted(errors)) or "no error", still.wrong + values
 

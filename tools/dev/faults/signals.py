@@ -89,7 +89,7 @@ class Ended:
     errors: str
 
 
-class Served:
+class ServedBrick:
     """A simulated brick behind a pseudo-terminal, and a second link to it for the ground truth.
 
     Args:
@@ -206,13 +206,13 @@ def _record_wrong(run: Path) -> list[str]:
 
 
 @contextmanager
-def _served(numbers: range, cases: dict[int, Case]) -> Iterator[Served | None]:
+def _served(numbers: range, cases: dict[int, Case]) -> Iterator[ServedBrick | None]:
     """Serve a brick if a trial needs one."""
     if not any(cases[number].served for number in numbers):
         yield None
         return
     with tempfile.TemporaryDirectory() as folder:
-        served = Served(Path(folder))
+        served = ServedBrick(Path(folder))
         try:
             yield served
         finally:

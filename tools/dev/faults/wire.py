@@ -141,7 +141,7 @@ class Wire:
         self._links += 1
         return self._links
 
-    def hang_up(self, link: int) -> None:
+    def disconnect(self, link: int) -> None:
         """Close a link."""
         if link == self._links:
             self._links += 1
@@ -218,12 +218,12 @@ class Wire:
         return sum(map(len, islice(parts, 1 if self.transport in (USB, BYTES) else None)))
 
     @property
-    def doubles(self) -> bool:
+    def duplicates(self) -> bool:
         """Whether its fault lets a reply arrive twice."""
         return self._fault is not None and self._fault.kind == DOUBLED
 
     @property
-    def falsifies(self) -> bool:
+    def undetectable(self) -> bool:
         """Whether its fault changes values in a way that no driver can see.
 
         Telegrams have no checksum; and over USB, where the driver checks only once a second for replies that arrive

@@ -61,7 +61,7 @@ class _Cable:
         return self._wire.take()
 
     def close(self) -> None:
-        self._wire.hang_up(self._link)
+        self._wire.disconnect(self._link)
 
 
 class _Bus(UsbBackend):
@@ -144,7 +144,7 @@ class _Port:
         """Do nothing: nothing waits to be sent."""
 
     def close(self) -> None:
-        self._wire.hang_up(self._link)
+        self._wire.disconnect(self._link)
 
 
 class VirtualSerial(_Clock, SerialTransport):

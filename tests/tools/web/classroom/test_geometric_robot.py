@@ -53,7 +53,7 @@ def test_more_frames_are_wanted_the_closer_someone_looks(client):
     feed = PictureFeed(hub)
 
     def wanted() -> int:
-        return sum(map(feed.wants, range(feed.fps)))
+        return sum(map(feed.needs, range(feed.fps)))
 
     assert wanted() == 0
     hub.small_pictures = True
