@@ -31,7 +31,9 @@ class LampDetector:
 
     def __init__(self, least_brightness: int = 220, least_px: int = 4) -> None:
         if not 1 <= least_brightness <= 254:
-            raise ConfigError(f"least_brightness = {least_brightness} cannot be.", remedy="It lies between 1 and 254.")
+            raise ConfigError(
+                f"least_brightness = {least_brightness} is not valid.", remedy="It lies between 1 and 254."
+            )
         self._least_brightness, self._least_px = least_brightness, least_px
 
     def detect(self, image: Image) -> list[Detection]:

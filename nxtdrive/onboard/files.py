@@ -139,7 +139,7 @@ class Files:
                 self._write(handle, data, progress)
             entry = in_step(self._link, lambda: self._find(name))
             if entry is None or entry.size != len(data):
-                raise RemoteProtocolError(f"the brick did not keep {name} as it was written.", remedy="Write it again.")
+                raise RemoteProtocolError(f"the brick stored {name} incorrectly.", remedy="Write it again.")
 
     def delete(self, name: str) -> None:
         """Delete a file.
@@ -246,7 +246,7 @@ class Files:
                     entry = self._link.request(FindNext(found[0].handle))
                 raise RemoteProtocolError(f"the list of files has no end after {LISTED_LIMIT} names.")
         if len({entry.name for entry in found}) < len(found):
-            raise RemoteProtocolError("the list of files has a name twice.", remedy="Try again.")
+            raise RemoteProtocolError("the brick lists a file name twice.", remedy="Try again.")
         if not found:
             self._link.request(GetVersions())  # shows whether the refusal was an earlier one
         return found

@@ -75,7 +75,9 @@ def read_run(path: Path) -> PastRun:
             raise ConfigError(f"{folder} cannot be read ({error.strerror}).", remedy=remedy) from None
         if JOURNAL not in names:
             example = next((journal.parent for journal in journals_in(folder)), "runs/my-mission-001")
-            raise ConfigError(f"{folder} holds no {JOURNAL}.", remedy=f"Name the folder of one run, such as {example}.")
+            raise ConfigError(
+                f"{folder} contains no {JOURNAL}.", remedy=f"Name the folder of one run, such as {example}."
+            )
     try:
         lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
     except InputFileError as error:

@@ -156,7 +156,7 @@ def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, fo
                 video.add(image, picture.t)
                 shown = True
         if not shown:
-            raise ConfigError(f"{camera.folder} holds no picture that can be read.", remedy="Choose another run.")
+            raise ConfigError(f"{camera.folder} contains no picture that can be read.", remedy="Choose another run.")
         video.close()
     finally:
         video.abandon()

@@ -79,6 +79,6 @@ class ColorSensor(Sensor, QuantitySensor[Color]):
         firmware = self.link.request(GetVersions()).firmware
         if tuple(map(int, firmware.split("."))) <= LAST_BLIND_FIRMWARE:
             raise LocalProtocolError(
-                f"firmware {firmware} cannot read colour sensors.", remedy="Put LEGO's firmware 1.29 on the brick."
+                f"firmware {firmware} cannot read colour sensors.", remedy="Install LEGO's firmware 1.29 on the brick."
             )
         super().set_up()

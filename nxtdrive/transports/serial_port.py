@@ -74,7 +74,7 @@ class SerialTransport(StreamTransport):
             with contextlib.suppress(Exception):  # of a port that is gone, POSIX raises termios.error, no OSError
                 self._port.reset_output_buffer()  # closing waits until it is sent
             self.close()
-            raise LinkLost(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None
+            raise LinkLost(f"{self.address} accepts no more telegrams.", remedy="Is the brick still on?") from None
         except (OSError, serial.SerialException, TypeError) as error:
             raise self._lost(error) from error
 

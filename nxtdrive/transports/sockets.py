@@ -55,7 +55,7 @@ class Connection:
             if len(left) < len(data):
                 self.close()
                 raise self._lost("it took only part of a telegram") from None
-            raise LinkTimeout(f"{self._address} takes no more telegrams.", remedy="Is the brick still on?") from None
+            raise LinkTimeout(f"{self._address} accepts no more telegrams.", remedy="Is the brick still on?") from None
 
     def close(self) -> None:
         """Close the connection; never raises."""

@@ -283,10 +283,10 @@ def _translated(address: str) -> Iterator[None]:
     except NotImplementedError as error:  # pyusb's translation of LIBUSB_ERROR_NOT_SUPPORTED
         raise LinkError(
             f"{address}: another driver has the brick ({error}).",
-            remedy="On Windows put WinUSB in the place of LEGO's driver, with Zadig (zadig.akeo.ie).",
+            remedy="On Windows replace LEGO's driver with WinUSB, using Zadig (zadig.akeo.ie).",
         ) from error
     except usb.core.USBTimeoutError as error:
-        raise LinkTimeout(f"{address} takes no more telegrams.", remedy="Is the brick still on?") from error
+        raise LinkTimeout(f"{address} accepts no more telegrams.", remedy="Is the brick still on?") from error
     except usb.core.USBError as error:
         if error.errno == errno.EACCES:
             raise _not_allowed() from error

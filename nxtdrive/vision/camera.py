@@ -154,7 +154,7 @@ class ReplayCamera:
     ) -> None:
         first = next(images, None)
         if first is None:
-            raise CameraError(f"{name} holds no pictures.", remedy="Check the file.")
+            raise CameraError(f"{name} contains no pictures.", remedy="Check the file.")
         self._name = name
         self._images: Iterator[Image] = chain([first], images)
         self._size = (first.shape[1], first.shape[0])

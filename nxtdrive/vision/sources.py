@@ -171,7 +171,7 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
             remedy = "Change its permissions, or name another one."
             raise CameraError(f"the folder {path} cannot be read ({error.strerror}).", remedy=remedy) from None
         if not files:
-            raise CameraError(f"the folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
+            raise CameraError(f"the folder {path} contains no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"the folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
     try:
         found = os.stat(path)

@@ -114,7 +114,7 @@ def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker, 
     port.write.side_effect = serial.SerialTimeoutException("Write timeout")
     port.reset_output_buffer.side_effect = gone
     transport = open_transport("serial://COM5")
-    with pytest.raises(LinkLost, match="takes no more telegrams"):
+    with pytest.raises(LinkLost, match="accepts no more telegrams"):
         transport.send(b"\x00\x0b")
     port.close.assert_called_once()
     with pytest.raises(LinkLost, match="is closed"):
@@ -164,7 +164,7 @@ def test_a_telegram_of_which_nothing_was_taken_may_be_sent_again(connected):
     transport, _ = connected
     choking = transport._connection._socket = Choking(transport._connection._socket, 102)
     transport.send(TELEGRAM)
-    with pytest.raises(LinkTimeout, match="takes no more telegrams"):
+    with pytest.raises(LinkTimeout, match="accepts no more telegrams"):
         transport.send(TELEGRAM)
     choking.left = 102
     transport.send(TELEGRAM)

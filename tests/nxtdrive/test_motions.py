@@ -289,7 +289,7 @@ def test_a_wheel_that_cannot_be_braked_does_not_keep_the_other_from_braking(dire
     def refuse(telegram):
         if telegram[1:3] == bytes((SetOutputState.opcode, OutputPort.B)):
             direct.on_send = lambda _: None
-            raise LinkTimeout("takes no more telegrams.")
+            raise LinkTimeout("accepts no more telegrams.")
 
     with Brick(direct) as brick:
         rover = Rover(brick.link, ultrasonic=None, touch=None)
@@ -320,7 +320,7 @@ def test_what_breaks_a_program_off_is_called_in_its_own_thread_and_brakes(lab):
 def test_leaving_stops_each_motor_whatever_happens_with_the_others(direct):
     def refuse(telegram):
         if telegram[1:3] == bytes((SetOutputState.opcode, OutputPort.A)):
-            raise LinkTimeout("takes no more telegrams.")
+            raise LinkTimeout("accepts no more telegrams.")
 
     with Brick(direct) as brick:
         for port in "AB":

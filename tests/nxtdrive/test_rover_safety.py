@@ -41,7 +41,7 @@ def test_a_sonar_that_fails_during_drive_stops_the_robot_at_once(lab):
 
 def test_a_link_that_fails_during_drive_is_the_error_that_is_raised_and_both_motors_are_braked(direct):
     def refuse(telegram):
-        raise LinkTimeout(f"takes no more telegrams, number {len(direct.sent)}")
+        raise LinkTimeout(f"accepts no more telegrams, number {len(direct.sent)}")
 
     with Brick(direct) as brick:
         rover = Rover(brick.link, ultrasonic=None, touch=None)

@@ -89,7 +89,7 @@ def load(path: Path, firmware: str = "") -> dict[str, Scenario]:
         scenario.firmware = firmware or record.get("firmware") or scenario.firmware
         scenario.steps.append(_step(record, len(scenario.steps), firmware))
     if not scenarios:
-        raise ConfigError(f"{path} holds no conversation.", remedy="Give a recording of JSON lines.")
+        raise ConfigError(f"{path} contains no recorded telegrams.", remedy="Give a recording of JSON lines.")
     for name, scenario in scenarios.items():
         if scenario.firmware not in FIRMWARES:
             raise ConfigError(

@@ -55,7 +55,7 @@ def examine(brick: Brick) -> Iterator[Finding]:
 def firmware(version: str) -> Finding:
     """Check whether the driver supports this firmware."""
     if version == "1.05":
-        return warning("firmware", "1.05 reads no colour sensor.", "Put LEGO's firmware 1.29 on the brick.")
+        return warning("firmware", "1.05 reads no colour sensor.", "Install LEGO's firmware 1.29 on the brick.")
     if version not in KNOWN_FIRMWARE:
         known = ", ".join(KNOWN_FIRMWARE)
         return warning("firmware", f"{version}; {known} are known to work.", "Try it; if it fails, install 1.29.")

@@ -251,7 +251,7 @@ class _AnnotatedOutput:
 
         suffix = path.suffix.lower()
         if suffix not in (".png", ".webm"):
-            raise ConfigError(f"{path} is neither *.png nor *.webm.", remedy="Give --out one of the two endings.")
+            raise ConfigError(f"{path} is neither *.png nor *.webm.", remedy="Give --out one of these suffixes.")
         self.path = path
         self._recorder = VideoRecorder(path, VIDEO_FPS) if suffix == ".webm" else None
         self._count = 0

@@ -37,7 +37,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
     for line in _head(explanation):
         console.print(line)
     if not explanation.decisions:
-        console.print("The journal holds no decision: no attempt had failed.")
+        console.print("The journal contains no decision: no attempt had failed.")
     for number, each in enumerate(explanation.decisions, start=1):
         decision = each.decision
         title = Text(printable(f"{number}  {decision.time_s:.1f} s  {decision.target}"))

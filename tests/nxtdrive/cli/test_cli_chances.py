@@ -60,7 +60,7 @@ def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, capsys):
     assert [each["name"] for each in json.loads(out.read_text())["sources"]] == ["run-0", "run-1", "run-2"]
     (tmp_path / "empty").mkdir()
     assert main(["chances", str(tmp_path / "empty")]) == USAGE
-    assert "holds no journal.jsonl" in capsys.readouterr().err
+    assert "contains no journal.jsonl" in capsys.readouterr().err
 
 
 def test_a_run_with_a_copy_in_its_folder_is_one_run(tmp_path):

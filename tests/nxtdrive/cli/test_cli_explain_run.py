@@ -215,7 +215,7 @@ def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_
 def test_a_run_without_a_decision_says_so(explained, tmp_path):
     journal = tmp_path / "journal.jsonl"
     journal.write_text('{"t": 0.0, "kind": "start", "state": "idle", "target": "lena", "mission": "m"}\n')
-    assert "The journal holds no decision: no attempt had failed." in explained(journal)
+    assert "The journal contains no decision: no attempt had failed." in explained(journal)
     assert explained(journal, "--json")["decisions"] == []
 
 
@@ -231,7 +231,7 @@ def test_for_the_folder_of_all_runs_the_latest_one_is_named(capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
-    [(None, "holds no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],
+    [(None, "contains no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],
 )
 def test_anything_that_is_not_a_run_gives_one_sentence(capsys, tmp_path, content, sentence):
     if content is not None:

@@ -121,7 +121,7 @@ def test_pictures_that_cannot_be_read_are_left_out_of_the_video(tmp_path):
     film = cv2.VideoCapture(str(tmp_path / "camera.webm"))
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 1
     (tmp_path / "camera" / "000001.jpg").unlink()
-    with pytest.raises(ConfigError, match="holds no picture"):
+    with pytest.raises(ConfigError, match="contains no picture"):
         write_webm(kept, [], tmp_path / "none.webm")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["camera", "camera.webm"]
 

@@ -119,5 +119,5 @@ def test_replay_does_not_wait_longer_than_it_may(clock):
 
 
 def test_replay_of_nothing_is_refused(clock):
-    with pytest.raises(CameraError, match=r"clip holds no pictures"):
+    with pytest.raises(CameraError, match=r"clip contains no pictures"):
         ReplayCamera("clip", iter([]), 10, clock)

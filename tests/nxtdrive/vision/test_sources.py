@@ -96,7 +96,7 @@ def test_a_folder_that_may_not_be_read_is_an_error(tmp_path, clock, monkeypatch)
 
 
 def test_a_folder_without_images_is_refused(tmp_path, clock):
-    with pytest.raises(CameraError, match=r"holds no images. Put PNG or JPEG files there"):
+    with pytest.raises(CameraError, match=r"contains no images. Put PNG or JPEG files there"):
         open_camera(str(tmp_path), clock=clock)
 
 
