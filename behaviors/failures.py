@@ -26,7 +26,7 @@ class Blocker:
 
 
 class TargetFinding(StrEnum):
-    """What a failure says about where the target is."""
+    """What a failure shows about where the target is."""
 
     NOT_HERE = "not_here"
     """A scan from here did not show it."""

@@ -98,7 +98,7 @@ class Choice:
             raise TypeError(f"route must be places (x_mm, y_mm), not {self.route!r}")
 
     def words(self) -> str:
-        """Say what it does: "wait up to 4.0 s"."""
+        """Describe the action: "wait up to 4.0 s"."""
         return self.kind.describe(self)
 
     def record(self) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def _is_point(value: object) -> bool:
 
 
 def place_words(place: Point) -> str:
-    """Say where a place is, in the frame of the start."""
+    """Describe where a place is, in the frame of the start."""
     x_m, y_m = round(place[0] / 1000, 1), round(place[1] / 1000, 1)
     along, across = "behind" if x_m < 0 else "ahead", "left" if y_m < 0 else "right"
     distances = ", ".join(f"{abs(length):.1f} m {way}" for length, way in ((x_m, along), (y_m, across)) if length)

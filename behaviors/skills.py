@@ -40,7 +40,7 @@ class TimeUp(Exception):
 
 @dataclass(slots=True)
 class SkillContext:
-    """What every skill works with.
+    """The context that every skill works with.
 
     Attributes:
         body: The robot.

@@ -35,11 +35,11 @@ Counts = Mapping[str, Sequence[int]]
 
 
 class Chances:
-    """What earlier missions say of candidates.
+    """Success rates of candidates in earlier missions.
 
     Args:
-        counts: Of many missions.
-        own: Of the user's own ones.
+        counts: Outcomes of many missions.
+        own: Outcomes of the user's own missions.
     """
 
     def __init__(self, counts: Counts, own: Counts | None = None) -> None:

@@ -46,7 +46,7 @@ WAITS = tuple(0.125 * i for i in range(25))
 
 @dataclass(frozen=True, slots=True)
 class BlockerHypothesis:
-    """What a blocker may be.
+    """A hypothesis about what a blocker is.
 
     Attributes:
         stays_s: Mean time it stays; infinite for furniture.

@@ -361,7 +361,7 @@ class TargetMemory:
         return lower_mm + N.settles * (seen[0] - lower_mm), upper_mm + N.settles * (seen[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
-        """Let the beliefs consider what floor is known, and all places on a map that has grown."""
+        """Update the beliefs for the known floor, and for all places on a map that has grown."""
         likely = likely_places(self._floor)
         for belief in self.beliefs.values():
             belief.follow(likely)

@@ -42,7 +42,7 @@ _CLEAR_MISS = math.log((1.0 - N.clear_rate) / (1.0 - N.unclear_rate))
 
 
 class Verdict(StrEnum):
-    """What the test says so far."""
+    """The result of the test so far."""
 
     REAL = "real"
     MISTAKEN = "mistaken"
@@ -91,7 +91,7 @@ class TargetVerifier:
 
     @property
     def verdict(self) -> Verdict:
-        """What the odds say."""
+        """The result at the current odds."""
         if self.odds >= N.accept:
             return Verdict.REAL
         return Verdict.MISTAKEN if self.odds <= N.reject else Verdict.OPEN

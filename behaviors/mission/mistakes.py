@@ -81,7 +81,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
 
 
 def _detector_advice(target: dict[str, Any]) -> str:
-    """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
+    """Return the mistake in the key ``detector`` of a target's table, which decides which other keys there are."""
     known = detector_names()
     if "detector" in target:
         near = nearest(str(target["detector"]), known)

@@ -23,7 +23,7 @@ OTHER = "other"
 
 
 class _Target(Table):
-    """What all targets have.
+    """Keys that all targets have.
 
     Attributes:
         height_mm: Real height of what is detected.

@@ -49,7 +49,7 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
 
 
 def note_simulated(brick: Brick) -> None:
-    """Say that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
+    """Warn that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
     if brick.link.transport.address.startswith(DEFAULT_ADDRESS):
         text = "this was the simulated brick, which starts afresh with each command. `nxtdrive list` finds others."
         write_error(text, sender="note: ")

@@ -22,7 +22,7 @@ NAME_PX = 240.0
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What happened, in words.
+    """A description of what happened.
 
     Attributes:
         badge: Its number on the map; empty without one.

@@ -37,7 +37,7 @@ RIM = 1.15
 
 @dataclass(slots=True)
 class Findings:
-    """What was found in a mission file.
+    """Results of checking a mission file.
 
     Attributes:
         mistakes: Why it cannot run.

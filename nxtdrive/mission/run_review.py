@@ -242,7 +242,7 @@ class RunReview:
         return float(arrival["true_mm"] / arrival["believed_mm"])
 
     def _scaled(self, target: str, factor: float) -> None:
-        """Say so if driving or the truth shows that distances by size are wrong by more than a data sheet may be."""
+        """Warn if driving or the ground truth shows that distances by size are wrong by more than data sheets allow."""
         if abs(math.log(factor)) > math.log(1.0 + SCALE_TOLERANCE):
             height_mm = self._mission.target[target].height_mm
             self._hint(
@@ -266,7 +266,7 @@ class RunReview:
         return build_detectors(self._mission)
 
     def _hint(self, target: str, text: str) -> None:
-        """Say it, once for each target."""
+        """Warn once for each target."""
         if target not in self._reported:
             self._reported.add(target)
             self.hints.append(text)

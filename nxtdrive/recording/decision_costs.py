@@ -67,7 +67,7 @@ class DecisionCosts(BaseModel):
         return len(self.candidates) > 1
 
     def words(self) -> str:
-        """Say what the choice and the best candidate cost, and the regret."""
+        """Describe what the choice and the best candidate cost, and the regret."""
         chosen, best = (next(each for each in self.candidates if getattr(each, mark)) for mark in ("chosen", "best"))
         costs = f"the choice costs {chosen.cost_s[0]:.1f} s to a target on average"
         if not self.has_alternative:

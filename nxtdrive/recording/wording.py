@@ -59,7 +59,7 @@ UNITS = {"mm": 0, "s": 1, "deg": 0}
 
 
 def reason_words(reason: str, evidence: object = None) -> str:
-    """Say what a reason's name means, or the name itself; the evidence of the failure may say it more precisely."""
+    """Return the meaning of a reason's name, or the name itself; the failure's evidence may make it more precise."""
     if isinstance(evidence, Mapping):
         for name, text in PARTIAL_VIEWS.items():
             if evidence.get(name):
@@ -68,12 +68,12 @@ def reason_words(reason: str, evidence: object = None) -> str:
 
 
 def target_outcome_words(outcome: str) -> str:
-    """Say what a mission's end made of a target: what was pending then has not been reached."""
+    """Describe how a mission's end changed a target's result: what was pending then has not been reached."""
     return "not reached" if outcome == TargetOutcome.PENDING else spaced(outcome)
 
 
 def outage_words(record: Record) -> str:
-    """Say what a suspended mission waits for, and for how much longer."""
+    """Describe what a suspended mission waits for, and for how much longer."""
     return f"{OUTAGES[str(record.data['part'])]}; waiting for {record.data['left_s']:.0f} s more"
 
 

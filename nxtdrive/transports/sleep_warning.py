@@ -23,7 +23,7 @@ WARNED_S = 0.25
 
 
 class Usage(NamedTuple):
-    """What a program has used so far."""
+    """Resources that a program has used so far."""
 
     wall_s: float
     """Wall clock, seconds."""

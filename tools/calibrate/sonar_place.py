@@ -68,7 +68,7 @@ class SonarEstimate:
 
 
 def size_doubt(scale: float | None) -> str:
-    """Say that the sheet may not have its nominal size; empty if the sonar agrees with it or gives no evidence."""
+    """Return a warning that the sheet may not have its nominal size; empty without evidence by the sonar."""
     if scale is None or abs(scale - 1.0) <= ANOTHER_SIZE:
         return ""
     return (

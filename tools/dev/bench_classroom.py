@@ -60,7 +60,7 @@ def measure_classroom(
 
 @contextmanager
 def _on_missions(classroom: Classroom, profile: str) -> Iterator[None]:
-    """Let every robot do the built-in mission."""
+    """Run the built-in mission on every robot."""
     for station in classroom.stations:
         station.start("", profile)
     yield

@@ -104,7 +104,7 @@ class Tools:
         return assistant.status()
 
     async def mission_status(self, wait_s: Annotated[Number, Field(ge=0, le=LONGEST_WAIT_S)] = 0.0) -> dict[str, Any]:
-        """Say what mission and robot do; wait up to 60 s for the mission's end or its next question."""
+        """Describe what mission and robot do; wait up to 60 s for the mission's end or its next question."""
         return await run_sync(self._assistant.status, wait_s, abandon_on_cancel=True)
 
     async def mission_choose(self, number: Annotated[int, Strict()]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ class StrictServer(MCPServer[Any]):
 
 
 def usage(name: str, schema: Mapping[str, Any]) -> str:
-    """Say which arguments a tool has: "drive_mm needs distance_mm, a number of millimetres."."""
+    """Describe the arguments of a tool: "drive_mm needs distance_mm, a number of millimetres."."""
     needed = schema.get("required", [])
     needs: list[str] = []
     takes: list[str] = []

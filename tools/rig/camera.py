@@ -40,7 +40,7 @@ END"""
 
 @dataclass(frozen=True)
 class CameraFigures:
-    """What the guest's program saw.
+    """Measurements by the guest's program.
 
     Attributes:
         frames_per_s: Frames that OpenCV read per second.

@@ -32,7 +32,7 @@ def never(results: Sequence[MissionResult]) -> tuple[list[str], int]:
 
 
 def coverage_words(results: Sequence[MissionResult]) -> str:
-    """Say how much of the chart the missions took; nothing if no mission ran on it."""
+    """Report how much of the chart the missions covered; nothing if no mission ran on it."""
     if not any(result.transitions for result in results):
         return ""
     missing, number = never(results)

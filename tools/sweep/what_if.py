@@ -199,7 +199,7 @@ class DecisionPoint:
 
 @dataclass(slots=True)
 class EpisodeOutcome:
-    """What came of an episode.
+    """The outcome of an episode.
 
     Attributes:
         limit_s: The mission's time limit.

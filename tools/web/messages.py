@@ -21,7 +21,7 @@ Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
 class ClientMessage(BaseModel):
-    """What all messages of clients have in common."""
+    """Fields that all messages of clients have in common."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -124,7 +124,7 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> QuantitySensor[
 
 
 def _warn_of_program(brick: Brick) -> None:
-    """Say that a running program will find its ports changed."""
+    """Warn that a running program will find its ports changed."""
     if name := brick.programs.running:
         write_error(
             f"warning: {name} is running on the brick, and reads the ports that are set up here in another mode."

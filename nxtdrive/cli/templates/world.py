@@ -176,7 +176,7 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
 
 
 def _why(target: TemplateTarget) -> str:
-    """Say why a photograph is not found."""
+    """Explain why a photograph is not found."""
     from nxtdrive.vision.detectors.range_prediction import predict_range
     from nxtdrive.vision.sources import read_image
 

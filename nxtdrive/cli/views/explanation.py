@@ -117,7 +117,7 @@ def _chosen(each: ExplainedDecision) -> Text:
 
 
 def outcome_words(decision: Decision) -> str:
-    """Say what a decision led to."""
+    """Describe what a decision led to."""
     outcome = decision.outcome
     steps = [_step_words(step, outcome.target) for step in outcome.steps]
     reasons = [f" ({reason_words(step.reason)})" if step.reason else "" for step in outcome.steps]

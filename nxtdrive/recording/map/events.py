@@ -61,7 +61,7 @@ class EventGroup:
 
     @property
     def when(self) -> str:
-        """Say when they happened, and how often."""
+        """Describe when they happened, and how often."""
         start = f"{self.first.time_s:.1f} s"
         if len(self.events) == 1:
             return start

@@ -30,7 +30,7 @@ START = Pose(0.0, 0.0, 0.0)
 
 @dataclass(slots=True)
 class MapScene:
-    """What a journal has for the map.
+    """Data of a journal for the map.
 
     Attributes:
         poses: Where the robot was, and the state in which it got there.

@@ -177,7 +177,7 @@ def _place(entry: EntryPoint, error: BaseException) -> str:
 
 
 def _mistake_words(mistake: Mapping[str, Any]) -> str:
-    """Say which detection is wrong, and how."""
+    """Describe which detection is wrong, and how."""
     number, *where = mistake["loc"]
     kind, context = mistake["type"], mistake.get("ctx", {})
     match where:

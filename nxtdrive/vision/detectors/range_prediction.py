@@ -92,7 +92,7 @@ def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple
 
 
 def _reasons(picture: Image) -> list[str]:
-    """Say what makes a picture hard to find."""
+    """Describe what makes a picture hard to find."""
     small, whole = _gray(at_height(picture, DETAIL_HEIGHT)), _gray(picture)
     reasons = []
     if small.std() < FAINT_SD:
