@@ -93,7 +93,7 @@ def test_the_driver_has_few_names_at_its_root_and_all_of_them_work():
 
 
 @pytest.mark.xdist_group("parsed files")
-def test_messages_of_errors_go_on_after_a_colon(trees):
+def test_messages_of_errors_continue_after_a_colon(trees):
     """`nxtdrive: there is no camera 7.`, or `target.face: there is no cascade 'nobody'`."""
     import nxtdrive.errors
 

@@ -363,7 +363,7 @@ def test_valid_values_that_are_probably_not_intended_are_warned_of(tmp_path, cha
         'detector = "onnx"\nmodel = "any.onnx"\nlabel = "cup"',
     ],
 )
-def test_targets_that_no_detector_tells_apart_are_warned_of(tmp_path, target):
+def test_targets_that_no_detector_distinguishes_cause_a_warning(tmp_path, target):
     (tmp_path / "any.onnx").touch()
     two = f'[mission]\ntargets = ["a", "b"]\n[target.a]\n{target}\n[target.b]\n{target}\nheight_mm = 100\n'
     (told,) = value_warnings(load_mission(_write(tmp_path, two)))

@@ -12,7 +12,7 @@ from behaviors.stepped_mission import SteppedMission
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="needs signals to a thread")
-def test_ctrl_c_while_a_mission_runs_ends_it_before_the_caller_goes_on():
+def test_ctrl_c_while_a_mission_runs_ends_it_before_the_caller_continues():
     steps = 0
 
     def run(ask, pause):

@@ -92,7 +92,7 @@ def test_what_is_reached_is_not_preferred():
     assert queue.target == "b"
 
 
-def test_going_on_when_nothing_is_left_is_an_error():
+def test_continuing_when_nothing_is_left_is_an_error():
     queue = TargetQueue(["a"])
     queue.decide(TargetOutcome.REACHED)
     with pytest.raises(IndexError):

@@ -94,7 +94,7 @@ def test_a_wheel_that_slips_is_not_taken_for_a_reversed_one(seed, keeps, left):
     assert drive(Wiring(keeps, 1) if left else Wiring(1, keeps), seed, for_s=60.0) == ""
 
 
-def test_long_straight_drives_say_nothing_against_the_description():
+def test_long_straight_drives_are_no_evidence_against_the_description():
     """Exchanged motors explain them as well as the described ones, and no better."""
     check = WiringCheck(RobotTable(), CameraTable())
     for step in range(3000):

@@ -124,7 +124,7 @@ def test_a_reply_in_pieces_is_whole_again(piecemeal_rig, fault):
 
 
 @pytest.mark.slow
-def test_half_a_reply_and_then_silence_does_not_swallow_the_next_one(piecemeal_rig, fault):
+def test_half_a_reply_and_then_silence_does_not_lose_the_next_one(piecemeal_rig, fault):
     with Brick(piecemeal_rig.open({0: fault.HALF}), timeout_s=0.6) as brick:
         with pytest.raises(LinkTimeout):
             brick.request(GetBatteryLevel())

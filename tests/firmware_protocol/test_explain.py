@@ -97,5 +97,5 @@ def test_a_length_that_is_also_a_reply_is_read_as_a_length_only_if_it_is_exact()
         ("020e c0", "out of range (0xC0)"),
     ],
 )
-def test_what_is_said(telegram, expected):
+def test_what_is_reported(telegram, expected):
     assert expected in str(explain(bytes.fromhex(telegram)))

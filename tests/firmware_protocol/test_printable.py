@@ -25,7 +25,7 @@ from firmware_protocol.printable import printable, printable_lines
         ("caf\udce9", r"caf\udce9"),
     ],
 )
-def test_what_a_terminal_would_obey_is_shown_instead(text, shown):
+def test_what_a_terminal_would_interpret_is_shown_instead(text, shown):
     assert printable(text) == shown
 
 

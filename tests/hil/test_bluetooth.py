@@ -38,7 +38,7 @@ def test_a_brick_that_hangs_up_is_called_again(radio):
 
 @pytest.mark.loses_bluetooth
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
-def test_a_mission_goes_on_after_the_brick_was_out_of_range(radio, profile):
+def test_a_mission_continues_after_the_brick_was_out_of_range(radio, profile):
     with radio.during(radio.mission(profile, nxt=BT)) as done:
         radio.moving()
         radio.rig.fault(radio="vanish")

@@ -51,7 +51,7 @@ def test_a_brick_that_is_plugged_in_later_gets_the_rule(ruled):
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
-def test_a_mission_goes_on_when_brick_and_camera_come_back_under_udevd(ruled, profile):
+def test_a_mission_continues_when_brick_and_camera_come_back_under_udevd(ruled, profile):
     with ruled.during(ruled.mission(profile)) as done:
         ruled.lose_brick_and_camera()
     ruled.achieved(done[0])

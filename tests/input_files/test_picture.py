@@ -70,7 +70,7 @@ def test_a_gif_is_named_whatever_its_suffix(tmp_path):
         read_picture(path)
 
 
-def test_an_empty_file_is_said_to_be_empty(tmp_path):
+def test_an_empty_file_is_reported_as_empty(tmp_path):
     path = tmp_path / "cat.jpg"
     path.touch()
     with pytest.raises(InputFileError, match=r"cat\.jpg is empty"):
@@ -79,7 +79,7 @@ def test_an_empty_file_is_said_to_be_empty(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg"])
 @pytest.mark.parametrize("channels", [3, 4])
-def test_a_picture_that_ends_too_early_is_said_to_be_damaged(tmp_path, suffix, channels):
+def test_a_picture_that_ends_too_early_is_reported_as_damaged(tmp_path, suffix, channels):
     path = tmp_path / f"cat{suffix}"
     noise = np.random.default_rng(0).integers(0, 256, (300, 400, channels), np.uint8)
     whole = cv2.imencode(suffix, noise)[1].tobytes()

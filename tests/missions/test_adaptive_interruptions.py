@@ -124,7 +124,7 @@ def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
-def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_goes_on(perform, visit, state):
+def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_continues(perform, visit, state):
     scenario, ask, moment_s = visit(state).scenario, visit(state).ask, visit(state).middle_s
     back_s = moment_s + SILENT_S
     faults = LinkFaults(silent_ms=((round(moment_s * 1000), round(back_s * 1000)),))

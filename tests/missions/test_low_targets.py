@@ -91,5 +91,5 @@ def test_only_what_is_really_lower_than_the_sonar_lets_the_echo_pass(height_mm, 
     )  # something stands before it
 
 
-def test_where_the_edges_are_not_known_the_sonar_has_its_say():
+def test_where_the_edges_are_not_known_the_sonar_decides():
     assert not passes_over(1500.0, 400.0, None, LENS_MM, SONAR_MM)

@@ -35,7 +35,7 @@ def test_every_choice_follows_from_the_evidence_in_the_journal_and_the_missions_
             assert weighed_by(policy, decision)
 
 
-def test_what_the_operator_wants_is_done_and_both_are_in_the_journal(perform, mission_for):
+def test_what_the_operator_chooses_is_done_and_both_are_in_the_journal(perform, mission_for):
     def wait_first(due):
         wanted = CHANGE_TARGET if due.evidence.researches else WAIT
         return next(each.choice for each in due.candidates if each.choice.kind is wanted)

@@ -94,7 +94,7 @@ def test_an_interrupted_move_to_is_completed(perform, mission_for, during):
     assert ends[1] == pytest.approx(ends[0], abs=20.0)
 
 
-def test_an_interrupted_search_goes_on_at_the_stop_where_it_was(perform, mission_for):
+def test_an_interrupted_search_continues_at_the_stop_where_it_was(perform, mission_for):
     mission = mission_for("rilakkuma", max_researches=0)
     whole, cut = (
         perform("open", mission, geometric=True, faults=faults)

@@ -52,7 +52,7 @@ class Operator(Pause):
 
 @PROFILES
 @pytest.mark.parametrize(("moment_ms", "state"), [(SEARCHING_MS, "search"), (APPROACHING_MS, "arrive")])
-def test_the_robot_stands_and_the_mission_goes_on_where_it_was(perform, mission_for, profile, moment_ms, state):
+def test_the_robot_stands_and_the_mission_continues_where_it_was(perform, mission_for, profile, moment_ms, state):
     operator = Operator(moment_ms)
     mission = mission_for("lena", profile=profile)
     done = perform("open", mission, geometric=True, arrange=operator.arrange, pause=operator)

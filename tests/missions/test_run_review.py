@@ -83,7 +83,7 @@ def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(missio
         assert hint.endswith("It has lena. Put rilakkuma into bear-world.toml.")
 
 
-def test_the_codes_of_the_simulated_world_are_said_where_one_was_looked_for(tmp_path):
+def test_the_codes_of_the_simulated_world_are_reported_where_one_was_looked_for(tmp_path):
     cv2.imwrite(str(tmp_path / "sheet.png"), cv2.resize(cv2.QRCodeEncoder.create().encode("Mülleimer"), (300, 300)))
     room = tmp_path / "room.toml"
     room.write_text(WITH_SHEET, encoding="utf-8")

@@ -66,7 +66,7 @@ def test_a_failing_sensor_is_recorded_once_however_many_missions_the_robot_has_h
     assert [record.data["answers"] for record in robot.of(RecordKind.SENSOR)] == [False]
 
 
-def test_a_mission_that_begins_without_its_only_safety_sensor_goes_on_when_that_answers_again(robot):
+def test_a_mission_that_begins_without_its_only_safety_sensor_continues_when_that_answers_again(robot):
     robot.sonar_after(5.0, works=False)
     assert robot.pursue().ending is Ending.SENSOR_LOST
     robot.records.clear()

@@ -219,7 +219,7 @@ def test_an_empty_file_is_never_opened(watched):
 
 
 @pytest.mark.parametrize("size", [1, 57, 58, 59, 116, 117, 1000])
-def test_over_usb_no_read_asks_for_more_than_58_bytes_nor_beyond_the_end(watched, size):
+def test_over_usb_no_read_requests_more_than_58_bytes_nor_beyond_the_end(watched, size):
     brick, transport = watched
     brick.files.write("data.bin", bytes(size))
     brick.files.read("data.bin")
@@ -274,7 +274,7 @@ def test_a_handle_that_a_silent_brick_could_not_be_asked_to_close_is_closed_when
     assert all(handle.use is Use.FREE for handle in room.simulation.brick.loader.handles)
 
 
-def test_a_name_that_only_a_transfer_that_was_cut_off_has_is_not_said_to_be_a_file(falls_silent):
+def test_a_name_that_only_a_transfer_that_was_cut_off_has_is_not_reported_as_a_file(falls_silent):
     room = falls_silent(lambda files: files.write("new.txt", b"b" * 500))
     with Brick(SimTransport(room.simulation)) as again, pytest.raises(BrickBusy, match="is being written"):
         again.files.write("new.txt", b"c" * 500)

@@ -247,7 +247,7 @@ def test_a_program_that_gets_a_signal_brakes_before_it_ends(served, motion, numb
 
 
 @pytest.mark.slow
-def test_a_motion_goes_on_beside_the_program_on_a_real_clock(served):
+def test_a_motion_continues_beside_the_program_on_a_real_clock(served):
     """How exactly it ends depends there on how busy this computer is; that is measured in virtual time."""
     with open_brick(served, timeout_s=5) as brick:
         motors = [brick.motor(port) for port in ("A", "B")]

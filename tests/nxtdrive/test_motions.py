@@ -32,7 +32,7 @@ def way(request):
 
 
 @LINKS
-def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
+def test_a_motion_continues_while_the_program_sleeps_or_asks(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     motor = room.brick.motor("A")
     move = motor.run_angle(500, 360, wait=False)
@@ -47,7 +47,7 @@ def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
     assert room.output("A").rotation == pytest.approx(360, abs=3)
 
 
-def test_a_motion_to_an_angle_and_a_curve_go_on_in_the_background(lab):
+def test_a_motion_to_an_angle_and_a_curve_continue_in_the_background(lab):
     room = lab()
     motor = room.brick.motor("A")
     target = motor.run_target(-500, 200, wait=False)
@@ -331,7 +331,7 @@ def test_leaving_stops_each_motor_whatever_happens_with_the_others(direct):
 
 @pytest.mark.parametrize("latency_ms", [20, 100, 150])
 @pytest.mark.parametrize("pause_s", [0.0, 0.02, 0.1])
-def test_a_program_that_polls_the_sonar_does_not_blind_the_safety_stop(lab, latency_ms, pause_s):
+def test_a_program_that_polls_the_sonar_does_not_disable_the_safety_stop(lab, latency_ms, pause_s):
     room = lab(BOX_AHEAD, latency_ms=latency_ms)
     rover, sonar = room.brick.rover(), room.brick.ultrasonic(4)
     values, motion = [], rover.straight(3000, 150, wait=False)

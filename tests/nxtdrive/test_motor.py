@@ -54,7 +54,7 @@ def test_a_motor_of_a_dead_program_stops_by_itself(lab, firmware, start):
     room.simulation.advance(2000)
 
 
-def test_slow_motion_goes_on_as_long_as_it_is_renewed(lab):
+def test_slow_motion_continues_as_long_as_it_is_renewed(lab):
     room = lab()
     motor = room.brick.motor("A")
     motor.run(20)
@@ -98,7 +98,7 @@ def test_signs_of_speed_and_angle_multiply(lab):
     assert motor.angle == pytest.approx(0, abs=5)
 
 
-def test_targets_are_angles_since_the_reset_and_the_bricks_counter_goes_on(lab):
+def test_targets_are_angles_since_the_reset_and_the_bricks_counter_continues(lab):
     room = lab()
     motor = room.brick.motor("A")
     motor.run_angle(400, 180)

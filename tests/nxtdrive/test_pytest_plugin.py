@@ -285,7 +285,7 @@ HANDED_IN = {
 
 
 @pytest.mark.slow
-def test_what_a_pupil_got_wrong_is_said(tmp_path):
+def test_what_a_pupil_got_wrong_is_reported(tmp_path):
     exercises = tmp_path / "exercises"
     exercises.mkdir()
     for name, text in HANDED_IN.items():

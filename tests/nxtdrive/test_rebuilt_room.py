@@ -91,7 +91,7 @@ def test_the_smallest_robot_of_a_mission_has_a_room():
     assert rebuilt([_look(0.0, 0.0, None)], _mission(robot={"radius_mm": 50.0})).world.robot.radius_mm == 50.0
 
 
-def test_what_the_simulator_cannot_have_is_said_in_words():
+def test_what_the_simulator_cannot_have_is_reported_in_words():
     with pytest.raises(ValueError, match=r"^the simulator has no such robot: camera.tilt_deg: must be -30 or more"):
         rebuilt([_look(0.0, 0.0, None)], _mission(camera={"tilt_deg": -40.0}))
 

@@ -384,7 +384,7 @@ def test_closing_ends_the_motions_of_other_threads_too(lab):
     assert set(stops) == {StopReason.CANCELLED}
 
 
-def test_a_monitor_goes_on_when_the_brick_is_back(away):
+def test_a_monitor_continues_when_the_brick_is_back(away):
     room = away(4000)
     room.brick.link.reconnect_timeout_s = 0.0
     losses, times = [], []

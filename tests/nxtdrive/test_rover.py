@@ -182,7 +182,7 @@ def test_a_real_contact_presses_it(lab):
     assert room.simulation.truth.contacts == 1
 
 
-def test_a_robot_that_touches_something_does_not_push_while_the_sonar_hears_nothing(lab):
+def test_a_robot_that_touches_something_does_not_push_while_the_sonar_gets_no_echo(lab):
     """Bumper and sonar are asked in turn: the sonar's turn must not let the robot drive against what it touches."""
     room = lab()
     touching = [True]
@@ -215,7 +215,7 @@ def test_without_sensors_there_is_neither_range_nor_touch(lab):
 
 
 @LINKS
-def test_drive_goes_on_while_it_is_called_and_no_longer(lab, latency_ms):
+def test_drive_continues_while_it_is_called_and_no_longer(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     rover = Rover(room.brick.link)
     for _ in range(20):
@@ -228,7 +228,7 @@ def test_drive_goes_on_while_it_is_called_and_no_longer(lab, latency_ms):
     assert travelled(room, before) < 200
 
 
-def test_drive_turns_to_the_right_and_can_change_its_mind(lab):
+def test_drive_turns_to_the_right_and_its_command_can_be_replaced(lab):
     room = lab()
     rover = Rover(room.brick.link)
     for _ in range(20):
@@ -489,7 +489,7 @@ def test_a_robot_that_returns_to_where_its_counters_began_has_moved(lab):
     assert rover.pose().x_mm == pytest.approx(0, abs=3)
 
 
-def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
+def test_a_program_that_listens_continues_without_the_sonar_until_it_is_back(lab):
     room = lab(BOX_AHEAD)
     rover, received = Rover(room.brick.link), []
     rover.on_sensor_change(lambda sensor, error: received.append((sensor, bool(error))))
@@ -505,7 +505,7 @@ def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
     assert rover.straight(1000).stop is StopReason.OBSTACLE
 
 
-def test_a_program_that_listens_goes_on_when_the_bus_of_the_sonar_hangs(lab):
+def test_a_program_that_listens_continues_when_the_bus_of_the_sonar_hangs(lab):
     room = lab()
     rover, received = Rover(room.brick.link), []
     rover.on_sensor_change(lambda sensor, error: received.append((sensor, bool(error))))

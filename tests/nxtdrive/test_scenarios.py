@@ -83,7 +83,7 @@ def test_a_flat_has_rooms_on_a_corridor_and_a_target_in_each_of_some(kind, rooms
     assert scenario.mission.mission.time_limit_s == limit_s
 
 
-def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_believes():
+def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_describes():
     def robot(kind, seed):
         world = generate_scenario(kind, seed).world
         return world.camera.hfov_deg, world.robot.wheel_diameter_mm, world.robot.track_mm

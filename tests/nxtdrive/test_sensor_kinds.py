@@ -206,7 +206,7 @@ def test_watching_keeps_the_pace_that_was_asked_for(lab):
     assert times[-1] - times[0] == pytest.approx(1.0, abs=0.02)
 
 
-def test_digital_sensors_say_who_they_are(lab):
+def test_digital_sensors_identify_themselves(lab):
     room = lab()
     room.attach(1, UltrasonicSensor(lambda: 10))
     room.attach(2, Compass(lambda: 10))

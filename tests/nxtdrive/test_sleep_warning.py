@@ -90,6 +90,6 @@ def test_a_real_program_is_warned():
 
 
 @pytest.mark.slow
-def test_a_real_program_that_wants_no_warning_gets_none_after_a_reconnection_either():
+def test_a_real_program_that_disabled_warnings_gets_none_after_a_reconnection_either():
     ended = _run('SimTransport(Simulation("open"), warn_of_sleep=False).reopen()', 5)
     assert (ended.returncode, ended.stderr) == (0, "")

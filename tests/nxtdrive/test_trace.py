@@ -195,7 +195,7 @@ def test_incomplete_addresses(address):
         open_brick(address)
 
 
-def test_a_trace_that_cannot_be_written_is_said_before_anything_moves(tmp_path):
+def test_a_trace_that_cannot_be_written_is_reported_before_anything_moves(tmp_path):
     with pytest.raises(ConfigError, match="cannot be written"):
         open_brick(f"record://{tmp_path}/nowhere/talk.nxttrace?nxt=sim%3A%2F%2Fopen")
 

@@ -43,7 +43,7 @@ def test_connect_makes_connectable(serve):
     assert serve().client().ask("connect") == 1
 
 
-def test_status_tells_what_is_under_way(serve):
+def test_status_describes_what_is_in_progress(serve):
     client = serve().client()
     assert client.ask("status") == Status.IDLE
     client.ask("arrive lena")
@@ -156,7 +156,7 @@ def test_the_safety_stop_is_reported_and_cuts_the_advance(serve):
 
 
 @pytest.mark.parametrize(("command", "failed"), [("move_to 0", 1), ("move_to 180", 1), ("arrive rilakkuma", 2)])
-def test_stop_breaks_off_what_is_going_on(serve, command, failed):
+def test_stop_ends_the_motion_in_progress(serve, command, failed):
     served = serve(advance_mm=LONG_MM)
     client = served.client()
     served.after(1.0, lambda: client.send("stop\n"))
@@ -527,7 +527,7 @@ def test_time_stands_still_between_commands(serve):
 
 
 @pytest.mark.slow
-def test_in_real_time_the_world_goes_on_and_the_brick_stays_awake(serving, mission_for):
+def test_in_real_time_the_world_continues_and_the_brick_stays_awake(serving, mission_for):
     simulation = Simulation("open", seed=1)
     passed = threading.Event()
     simulation.at(30 * 60 * 1000, passed.set)

@@ -140,7 +140,7 @@ SOFT = {
 
 @pytest.mark.parametrize("table", sorted(SOFT))
 @pytest.mark.parametrize("absorbs", [False, True])
-def test_what_swallows_ultrasound_gives_no_echo(table, absorbs):
+def test_what_absorbs_ultrasound_gives_no_echo(table, absorbs):
     simulation = simulate(**{table: [{**SOFT[table], "absorbs": absorbs}]})
     distance_cm = simulation.world.ultrasonic.distance_cm()
     assert (distance_cm is None) is absorbs

@@ -30,7 +30,7 @@ def _hit(some):
     return [number for number in range(20) if number in some]
 
 
-def test_everything_a_link_can_suffer_can_be_said(faults):
+def test_every_kind_of_link_fault_can_be_described(faults):
     loaded = faults(ALL)
     assert _hit(loaded.drop_requests) == [3, 17]
     assert _hit(loaded.drop_replies) == [0, 7, 14]
@@ -47,7 +47,7 @@ def test_an_empty_file_is_a_perfect_link(faults):
     assert not loaded.silent(0)
 
 
-def test_all_mistakes_are_said_at_once(faults):
+def test_all_mistakes_are_reported_at_once(faults):
     with pytest.raises(ConfigError) as caught:
         faults(
             "drop_request = [1]\ndrop_replies = [-1]\ncorrupt_replies = { evry = 3 }\n"

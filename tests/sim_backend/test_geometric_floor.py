@@ -92,7 +92,7 @@ def test_in_front_of_it_the_floor_ends_as_ever():
     assert depths(crate(1000.0, 400.0), wall(900.0)) == pytest.approx([900.0] * 24)
 
 
-def test_over_a_low_thing_that_looks_like_the_floor_it_seems_to_go_on():
+def test_over_a_low_thing_that_looks_like_the_floor_it_seems_to_continue():
     # its upper edge hides what is nearer than 2 m behind it
     assert depths(crate(1000.0, 100.0), wall(3000.0)) == pytest.approx([3000.0] * 24)
     assert depths(crate(1000.0, 100.0), wall(1500.0)) == pytest.approx([2000.0] * 24)
@@ -114,7 +114,7 @@ def test_beside_it_the_floor_ends_as_ever():
     assert 10 <= len(ends) < 24
 
 
-def test_errors_are_as_large_as_the_law_says():
+def test_errors_are_as_large_as_the_model_predicts():
     generator, floor = random.Random(4), GeometricFloor(FloorModel(0.8, frozenset(), 0.1))
     errors = [floor.error_px(generator) for _ in range(4000)]
     low = [error for error in errors if error > 4.0]
@@ -124,7 +124,7 @@ def test_errors_are_as_large_as_the_law_says():
 
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480)])
-def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_law_says(size):
+def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_model_predicts(size):
     sensor, scale = GeometricSensor(size), size[0] / 320
     row = size[1] / 2 + Pinhole(*size, 60.0).focal_px * 200.0 / 1000.0
     errors = []

@@ -51,7 +51,7 @@ def test_bearing_distance_and_corners_are_those_of_the_pinhole(size, distance_mm
     assert top == pytest.approx(size[1] / 2 - (60 + 297 - 200) * scale, abs=1)
 
 
-def test_errors_are_as_large_as_the_law_says():
+def test_errors_are_as_large_as_the_model_predicts():
     sensor = GeometricSensor(seed=2)
     seen = [sensor.observe([lena()], ORIGIN, "lena") for _ in range(400)]
     bearings, distances = zip(*[located(one) for one in seen if one], strict=True)

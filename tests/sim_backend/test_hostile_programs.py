@@ -139,7 +139,7 @@ def test_lines_far_beyond_the_screen_take_the_time_of_later_passes():
     assert status(brick) is ProgramStatus.RUNNING
 
 
-def test_a_drawing_that_fails_does_not_swallow_later_ones():
+def test_a_drawing_that_fails_does_not_suppress_later_ones():
     display = DisplayModule(enhanced=True)
     display.collect()
     display.begin(clear=False, spend=lambda _: None)

@@ -110,7 +110,7 @@ def small_gray(image):
 
 
 @pytest.mark.slow
-def test_features_tell_lena_from_the_bear():
+def test_features_distinguish_lena_from_the_bear():
     """SIFT with the ratio test, as the picture detector's second opinion."""
     sift = cv2.SIFT_create()
     views = {

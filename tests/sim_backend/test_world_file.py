@@ -336,7 +336,7 @@ def test_a_missing_file_names_the_worlds_there_are(tmp_path):
         load_world(tmp_path / "nowhere.toml")
 
 
-def test_broken_toml_is_said_with_its_line(tmp_path):
+def test_broken_toml_is_reported_with_its_line(tmp_path):
     (tmp_path / "broken.toml").write_text("[floor\n")
     with pytest.raises(ConfigError, match=r"not TOML.*line 1"):
         load_world(tmp_path / "broken.toml")

@@ -217,7 +217,7 @@ def test_a_noise_fades_with_distance_and_ends(room):
     assert values[11] == pytest.approx(values[3] / 2, abs=0.3)
 
 
-def test_both_types_of_the_sound_sensor_hear_the_same(room):
+def test_both_types_of_the_sound_sensor_measure_the_same(room):
     _, brick = room(sensor("sound", noise_db=0) + "[surroundings]\nsound_db = 80\n")
     readings = {read(brick, kind, PERCENT).scaled for kind in (SensorType.SOUND_DB, SensorType.SOUND_DBA)}
     assert readings == {31}
@@ -227,7 +227,7 @@ def test_both_types_of_the_sound_sensor_hear_the_same(room):
 
 
 @pytest.mark.parametrize("temperature_c", [-15.0, 0.0, 21.5, 40.0, 65.0])
-def test_the_analog_temperature_sensor_speaks_through_the_firmwares_table(room, temperature_c):
+def test_the_analog_temperature_sensor_is_read_through_the_firmwares_table(room, temperature_c):
     _, brick = room(
         sensor("temperature", model="rcx") + f"[surroundings]\ntemperature_c = {temperature_c}\n",
     )
@@ -287,7 +287,7 @@ def test_the_compass_points_north(room, north_deg, heading_deg):
     assert 2 * half + odd == low + 256 * high == heading_deg
 
 
-def test_the_compass_says_who_it_is(room):
+def test_the_compass_identifies_itself(room):
     _, brick = room(sensor("compass"))
     digital(brick)
     assert transact(brick, [0x02, 0x08], 8) == b"HiTechnc"

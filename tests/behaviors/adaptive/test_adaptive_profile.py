@@ -65,7 +65,7 @@ def _bench() -> Iterator[Bench]:
 
 
 @pytest.mark.parametrize("range_mm", [2000.0, None, 100.0])
-def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, range_mm):
+def test_what_gives_no_echo_is_near_whatever_echoes_behind_it(bench, range_mm):
     failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=blocker_without_echo(range_mm))
     blocker = bench.evidence(failure).blocker
     assert blocker is not None

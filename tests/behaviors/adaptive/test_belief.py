@@ -81,7 +81,7 @@ def test_near_places_lose_more_than_far_ones():
     assert _ahead(belief, 800.0) / near < _ahead(belief, 2700.0) / far
 
 
-def test_more_frames_speak_more_strongly_but_never_rule_a_place_out():
+def test_more_frames_are_stronger_evidence_but_never_rule_a_place_out():
     shares = []
     for frames in (1, 3, 100):
         belief = _belief()
@@ -147,7 +147,7 @@ def test_a_sighting_concentrates_belief_where_it_was():
     assert belief.chance_from(300.0, 0.0, _room()) > belief.chance_from(-1700.0, 1500.0, _room())
 
 
-def test_a_sighting_tells_from_which_side_it_can_be_seen():
+def test_a_sighting_shows_from_which_side_the_target_can_be_seen():
     belief, place = _belief(), (1000.0, 0.0)
     belief.see(place, (0.0, 0.0))
     floor = _room()

@@ -19,7 +19,7 @@ def test_a_measured_sighting_is_believed():
     assert estimated(sighting, 200.0, (5.0, 300.0)) is sighting
 
 
-def test_the_echo_is_of_what_goes_on_below_the_frame():
+def test_the_echo_is_of_what_continues_below_the_frame():
     assert _place(estimated(_sighting(Cut.BOTTOM), 250.0, None)) == (0.0, 250.0, False)
     assert _place(estimated(_sighting(Cut.BOTTOM), 250.0, (0.0, 400.0))) == (0.0, 250.0, False)
 

@@ -43,7 +43,7 @@ def test_a_wrong_camera_is_learned_in_one_approach(factor, wheels, seed):
 
 @pytest.mark.parametrize("factor", FACTORS)
 @pytest.mark.parametrize("seed", range(3))
-def test_without_a_sonar_the_growth_of_the_picture_tells(factor, seed):
+def test_without_a_sonar_the_growth_of_the_picture_decides(factor, seed):
     scale = CameraScale(AHEAD_MM)
     _approach(scale, factor, echoes=False, seed=seed)
     assert _factor(scale) == pytest.approx(factor, rel=0.1)

@@ -45,7 +45,7 @@ def test_echoes_from_near_mark_what_they_hit():
     assert _evidence_at(floor, *_listen(floor, 0.7 * GRID.near_mm)) > GRID.solid
 
 
-def test_one_echo_is_not_yet_believed_and_its_repetition_says_nothing_new():
+def test_one_echo_is_not_yet_accepted_and_its_repetition_adds_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
         floor.add_echo(ORIGIN, 500.0)
@@ -255,7 +255,7 @@ def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
     assert floor.clear_between((2 * OUTSIDE_MM, 0.0), (0.0, 2 * OUTSIDE_MM))
 
 
-def test_it_grows_to_where_there_is_something_and_keeps_what_it_knows():
+def test_it_grows_to_where_there_is_something_and_keeps_its_contents():
     floor = OccupancyGrid()
     floor.mark_obstacle(ORIGIN, 1000.0)
     near = _evidence_at(floor, 1250.0, 0.0)
@@ -274,7 +274,7 @@ def test_it_grows_to_where_there_is_something_and_keeps_what_it_knows():
 
 
 @pytest.mark.parametrize("way", ["echo", "silence", "view"])
-def test_it_grows_to_what_is_heard_and_seen(way):
+def test_it_grows_to_echoes_and_sightings(way):
     floor, edge = OccupancyGrid(), Pose(CELLS.reach_mm - 500.0, 0.0)
     match way:
         case "echo":

@@ -25,7 +25,7 @@ def test_a_sonar_with_different_echoes_is_believed():
     assert not trust.silent
 
 
-def test_a_sonar_at_rest_may_always_hear_the_same():
+def test_a_sonar_at_rest_may_always_measure_the_same():
     assert _drive(SonarTrust(), lambda _: 700.0, step_mm=0.0) == 700.0
 
 

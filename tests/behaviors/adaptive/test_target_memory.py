@@ -81,7 +81,7 @@ def test_edges_that_jitter_are_smoothed():
     )
 
 
-def test_what_the_frame_cuts_off_says_nothing_about_the_edges():
+def test_what_the_frame_cuts_off_is_no_evidence_about_the_edges():
     memory = Memory()
     memory.show(HIGH, cut=Cut.TOP)
     assert memory.whole_mm("a") == 0.0

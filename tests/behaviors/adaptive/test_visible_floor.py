@@ -70,14 +70,14 @@ def test_a_camera_whose_tilt_nobody_measured_places_nothing_far_away():
 
 @pytest.mark.parametrize("tilt_deg", [-5.0, 3.0])
 @pytest.mark.parametrize("scale", [0.9, 1.1])
-def test_echoes_tell_how_the_camera_is_tilted_and_how_wide_it_sees(tilt_deg, scale):
+def test_echoes_show_the_tilt_and_the_field_of_view_of_the_camera(tilt_deg, scale):
     ranges = _ranges()
     _learn(ranges, tilt_deg=tilt_deg, scale=scale)
     view = ranges.measure(_wall(1600.0, tilt_deg=tilt_deg, scale=scale))
     assert _ahead(view.end_mm) == pytest.approx(1600.0, rel=0.07)
 
 
-def test_echoes_tell_how_high_the_camera_is():
+def test_echoes_show_how_high_the_camera_is():
     """The mission does not say; it is mounted at 130 mm, not at the usual 200."""
     ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, calibrated=False)
     low = [
@@ -125,7 +125,7 @@ def test_an_echo_is_compared_with_what_is_nearest_in_the_beam():
     assert _ahead(ranges.measure(_wall(1600.0)).end_mm) == pytest.approx(1600.0, rel=0.05)
 
 
-def test_an_echo_that_was_heard_after_a_turn_is_compared_where_it_came_from():
+def test_an_echo_received_after_a_turn_is_compared_where_it_came_from():
     ranges, off_deg = _ranges(), float(BEARINGS[17])
     for i, post_mm in enumerate((500.0, 700.0, 900.0, 1200.0) * 4):
         rays = _wall(2000.0, tilt_deg=4.0)
@@ -184,7 +184,7 @@ def test_what_is_seen_to_be_free_is_free_and_what_ends_the_floor_stands_there():
     assert _evidence_at(floor, 300.0) == 0.0, "below the frame"
 
 
-def test_one_look_is_not_yet_believed_and_its_repetition_says_nothing_new():
+def test_one_look_is_not_yet_accepted_and_its_repetition_adds_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
         floor.add_view(Pose(), _view(1000.0))
@@ -213,7 +213,7 @@ def test_an_echo_from_beyond_shows_that_a_rug_is_not_an_obstacle():
     assert _evidence_at(floor, *Pose(heading_deg=25.0).ahead(800.0 / math.cos(math.radians(25.0)) + 15.0)) > GRID.solid
 
 
-def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
+def test_what_returns_echoes_but_looks_like_floor_stays_on_the_map():
     floor, unseen = OccupancyGrid(), _view(2500.0)
     for i in range(6):
         pose = Pose(y_mm=40.0 * (i % 2))
@@ -226,7 +226,7 @@ def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
     assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
 
 
-def test_what_is_heard_from_afar_but_looks_like_floor_stays_a_hint():
+def test_what_returns_echoes_from_afar_but_looks_like_floor_stays_a_hint():
     floor, unseen = OccupancyGrid(), _view(2500.0)
     for i in range(6):
         pose = Pose(y_mm=40.0 * (i % 2))

@@ -121,7 +121,7 @@ def test_what_is_doubtful_is_looked_for_elsewhere_though_nothing_else_was_taken_
     assert world.targets.beliefs["door"].held_at(place) < 0.2 * likely, "a scan would show nothing but this place"
 
 
-def test_what_is_known_tells_when_and_how_far_away_it_was_seen(world):
+def test_the_estimate_has_when_and_how_far_away_the_target_was_seen(world):
     _see(world, (1500.0, 0.0), 4.0, pose=Pose(300.0, 100.0))
     known = world.targets.known["door"]
     assert known.time_s == 4.0

@@ -56,7 +56,7 @@ def test_a_profiles_file_is_no_profile(capsys):
         (["run", "--camra", "0"], "Did you mean '--camera'?"),
     ],
 )
-def test_what_is_given_in_another_way_is_said(command, meant, capsys):
+def test_what_is_given_in_another_way_is_reported(command, meant, capsys):
     with pytest.raises(SystemExit):
         main(command)
     assert meant in capsys.readouterr().err

@@ -147,7 +147,7 @@ def test_anything_that_is_not_a_file_is_refused(tmp_path, capsys, kind, what):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("what", sorted(NOT_A_FILE.keys() - {"missing"}))
-def test_a_sweep_does_not_go_on_with_anything_but_a_file(tmp_path, capsys, what):
+def test_a_sweep_does_not_continue_with_anything_but_a_file(tmp_path, capsys, what):
     NOT_A_FILE[what](tmp_path)
     _refused(NAMED["sweep"](tmp_path / "file"), capsys)
 
@@ -164,7 +164,7 @@ COPIED = {
 
 
 @pytest.mark.parametrize("kind", COPIED)
-def test_an_empty_file_that_was_copied_is_said_to_be_empty(tmp_path, capsys, kind):
+def test_an_empty_file_that_was_copied_is_reported_as_empty(tmp_path, capsys, kind):
     name, words = COPIED[kind]
     (tmp_path / name).touch()
     assert f"{tmp_path / name} is empty. Copy it again." in _refused(words(tmp_path / name), capsys)

@@ -61,7 +61,7 @@ def test_json_is_all_that_is_printed(measured, capsys):
         (["--out", "/nowhere/x"], "--out"),
     ],
 )
-def test_mistakes_are_said_before_anything_is_measured(words, hint, measured, capsys):
+def test_mistakes_are_reported_before_anything_is_measured(words, hint, measured, capsys):
     assert main(["bench", *words]) == USAGE
     assert hint in capsys.readouterr().err
     assert measured == []

@@ -173,19 +173,19 @@ def test_the_result_has_a_place_of_its_own_by_default(picture, tmp_path, monkeyp
     assert "drawn into detected.png" in text
 
 
-def test_nothing_seen_is_said(picture, tmp_path, capsys):
+def test_nothing_seen_is_reported(picture, tmp_path, capsys):
     assert main(["detect", "try", str(picture), "--marker", "7", "--out", str(tmp_path / "x.png")]) == DONE
     assert "nothing" in capsys.readouterr().out
 
 
-def test_a_sheet_with_another_code_is_said_to_have_it(tmp_path, monkeypatch, capsys):
+def test_a_sheet_with_another_code_is_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["mission", "new", "--qr", "7"]) == DONE
     assert main(["detect", "try", "qr-7.png", "--qr", "8"]) == DONE
     assert "read instead: QR code '7'" in capsys.readouterr().out
 
 
-def test_a_sheet_with_another_marker_is_said_to_have_it(tmp_path, monkeypatch, capsys):
+def test_a_sheet_with_another_marker_is_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["mission", "new", "--marker", "7"]) == DONE
     assert main(["detect", "try", "marker-7.png", "--marker", "8"]) == DONE
@@ -244,7 +244,7 @@ def test_the_address_of_the_simulated_brick_is_its_camera(tmp_path, capsys):
     assert "seen in 1 of 1 frame," in capsys.readouterr().out
 
 
-def test_an_assumed_height_is_said(picture, tmp_path, capsys):
+def test_an_assumed_height_is_reported(picture, tmp_path, capsys):
     out = str(tmp_path / "seen.png")
     assert main(["detect", "try", str(picture), "--color", "red", "--out", out]) == DONE
     assert "height: 297 mm, that of an upright sheet of A4" in capsys.readouterr().out

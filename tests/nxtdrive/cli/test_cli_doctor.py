@@ -320,7 +320,7 @@ def test_what_an_interrupted_installation_has_left_is_no_opencv(tmp_path, monkey
     ("states", "says"),
     [([("1", "0")], "rfkill unblock"), ([("0", "1")], "switch"), ([("0", "0")], ""), ([("1", "0"), ("0", "0")], "")],
 )
-def test_a_radio_that_is_switched_off_is_said_to_be(tmp_path, monkeypatch, states, says):
+def test_a_radio_that_is_switched_off_is_reported_as_off(tmp_path, monkeypatch, states, says):
     monkeypatch.setattr(computer, "RADIOS", tmp_path)
     for number, (soft, hard) in enumerate([*states, ("1", "1")]):
         folder = tmp_path / f"rfkill{number}"

@@ -31,7 +31,7 @@ def test_only_a_failure_of_the_same_target_is_one_again(next_target, words):
     ("reason", "words"),
     [("no_way", "there is no path to where the robot wanted to go"), ("there", "the robot got there")],
 )
-def test_recoveries_and_reasons_are_in_words_and_the_failure_is_said_once(reason, words):
+def test_recoveries_and_reasons_are_in_words_and_the_failure_is_reported_once(reason, words):
     """Not "move to 2.0 s (no way)", which names a state and a reason of the journal."""
     steps = [
         Record(

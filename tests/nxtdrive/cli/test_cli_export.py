@@ -47,7 +47,7 @@ def test_standard_output_gets_what_a_file_gets(run, tmp_path, capsysbinary):
     assert capsysbinary.readouterr().out == (tmp_path / "work" / "-").read_bytes()
 
 
-def test_what_is_said_of_other_files_stays_out_of_standard_output(run, capsys):
+def test_what_is_reported_of_other_files_stays_out_of_standard_output(run, capsys):
     assert main(["export", str(run), "--csv", "-", "--html", "page.html"]) == DONE
     captured = capsys.readouterr()
     assert captured.out.startswith("t_s,")

@@ -65,7 +65,7 @@ def test_rm_deletes_by_pattern(capsys):
     )
 
 
-def test_rm_goes_on_after_files_it_cannot_delete(capsys):
+def test_rm_continues_after_files_it_cannot_delete(capsys):
     simulation = Simulation("open")
     loader = simulation.brick.loader
     for name in ("b.txt", "tagebuch\u00e9.txt", "what?.txt", "a.txt"):

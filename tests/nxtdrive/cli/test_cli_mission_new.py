@@ -177,7 +177,7 @@ def test_every_text_of_a_code_can_be_read_again(text):
     assert target.text == text
 
 
-def test_a_sheet_that_is_there_already_is_not_said_to_need_another_file_name(capsys):
+def test_a_sheet_that_is_there_already_is_not_reported_to_need_another_file_name(capsys):
     assert main(["mission", "new", "--qr", "кухня", "kitchen.toml"]) == DONE
     assert main(["mission", "new", "--qr", "ванная", "bathroom.toml"]) == USAGE
     assert "qr-code.png exists already. It is named after the text" in capsys.readouterr().err

@@ -65,7 +65,7 @@ def test_a_sensor_that_was_pulled_out_leaves_its_row(lab):
     assert "plugged in?" in look(room.brick, {}, found).sensors[3].text
 
 
-def test_an_echo_that_is_missing_is_said_in_words(lab):
+def test_an_echo_that_is_missing_is_reported_in_words(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: None))
     assert look(room.brick, {}, identify_sensors(room.brick, PORTS)).sensors[3].text == "distance: no echo"
@@ -198,7 +198,7 @@ def test_the_screen_fits_a_narrow_terminal(width, encoding):
     ("word", "text"),
     [("9=touch", "--sensor 9=touch has no port '9': ports are 1 to 4."), ("4", "--sensor 4 is not PORT=KIND.")],
 )
-def test_a_port_that_does_not_exist_is_said(word, text, capsys):
+def test_a_port_that_does_not_exist_is_reported(word, text, capsys):
     assert main(["monitor", "--once", "--sensor", word, *FAST]) == USAGE
     assert text in capsys.readouterr().err
 

@@ -56,7 +56,7 @@ def test_no_motor_is_stopped_if_a_port_is_wrong(ports, code, braked, tmp_path):
     assert sum(each.request[:3] == SET_OUTPUT_A for each in read_trace(trace).exchanges()) == braked
 
 
-def test_a_list_may_go_on_after_an_option(capsys):
+def test_a_list_may_continue_after_an_option(capsys):
     assert main(["motor", "stop", "A", "--json", "c", "--nxt", "sim://"]) == DONE
     assert _answer(capsys) == {"stopped": ["A", "C"]}
     with pytest.raises(SystemExit):

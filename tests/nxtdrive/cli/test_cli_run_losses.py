@@ -67,7 +67,7 @@ def _until(process: subprocess.Popen[str], **values: object) -> dict:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
-def test_a_brick_that_is_back_goes_on_with_the_mission(start, tmp_path):
+def test_a_brick_that_is_back_continues_with_the_mission(start, tmp_path):
     serve = ("sim", "serve", "--world", "open", "--json", "--size", "160x120", "--pty")
     camera = _serving(start(*serve, str(tmp_path / "other")))["camera"]
     brick = start(*serve, str(tmp_path / "nxt"))

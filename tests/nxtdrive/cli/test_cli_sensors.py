@@ -64,7 +64,7 @@ def test_watching_prints_as_many_values_as_asked_for_at_the_pace_asked_for(capsy
     assert readings[-1]["time_s"] - readings[0]["time_s"] == pytest.approx(0.4, abs=0.01)
 
 
-def test_every_port_says_who_is_there(capsys):
+def test_every_port_lists_its_device(capsys):
     _, out, _ = _run(capsys, "sensor", "identify", "--json")
     found = json.loads(out)
     assert found["4"]["product"] == "Sonar"

@@ -32,7 +32,7 @@ def execute():
 
 
 @pytest.mark.slow
-def test_a_program_that_knows_only_pyusb_finds_the_brick(execute):
+def test_a_program_that_uses_only_pyusb_finds_the_brick(execute):
     done = execute()
     assert (done.returncode, done.stderr) == (0, "")
     serial_number, reply = done.stdout.split()

@@ -83,7 +83,7 @@ def test_no_text_is_a_formula_to_a_spreadsheet():
     assert (row["target"], row["why"], row["choice"]) == ('\'=HYPERLINK("x")', "'+1", "'-")
 
 
-def test_one_row_is_said_to_be_one(tmp_path, capsys):
+def test_one_row_is_called_one_row(tmp_path, capsys):
     (tmp_path / "journal.jsonl").write_text(f"{RECORDS[0].to_json()}\n", encoding="utf-8")
     assert main(["export", str(tmp_path), "--csv"]) == DONE
     assert re.search(r"journal\.csv: 0\.[1-9] kB, 1 row\n$", capsys.readouterr().out)

@@ -56,7 +56,7 @@ def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
         ({"too_near": False, "oblique": False}, "it went out of view on the way there"),
     ],
 )
-def test_a_target_that_is_seen_in_part_is_not_said_to_be_out_of_view(evidence, says):
+def test_a_target_that_is_seen_in_part_is_not_reported_to_be_out_of_view(evidence, says):
     failed = _transition("verify", "select", "arrive_failed", "target_lost", **evidence)
     assert _lines(failed)[0] == f"   57.7 s  lena: {says}"
 
@@ -138,5 +138,5 @@ def test_a_sensor_that_fails_or_works_again_is_named(data, line):
     ]
 
 
-def test_an_approach_that_goes_on_says_nothing_new():
+def test_an_approach_that_continues_adds_nothing_new():
     assert _lines(_transition("arrive", "arrive", "continued", "driving_on")) == []

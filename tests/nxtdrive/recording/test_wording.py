@@ -32,7 +32,7 @@ def test_chances_by_the_map_alone_are_distinguished_from_those_of_the_candidates
     assert "chance" not in " ".join(evidence_lines(Evidence("lena", Reason.NEVER_SEEN, False, 0)))
 
 
-def test_a_reason_that_the_evidence_says_more_precisely_is_not_said_twice():
+def test_a_reason_that_the_evidence_says_more_precisely_is_not_reported_twice():
     evidence = {"range_mm": 230.0, "too_near": True, "oblique": False}
     assert reason_words("target_lost", evidence) == "it is too near for the camera to see all of it"
     assert measured_words(evidence) == "sonar 230 mm"

@@ -73,7 +73,7 @@ def test_what_was_never_wholly_in_view_is_no_farther_away_and_no_nearer_to_the_m
     assert abs(sighting.bearing_deg) <= abs(bearing_deg) + 1.0
 
 
-def test_corners_tell_where_a_target_is_even_outside_of_the_frame():
+def test_corners_locate_a_target_even_outside_of_the_frame():
     beyond = Detection((300, 100, 40, 60), 1.0, SQUARE_QUAD)
     assert marked([beyond], WIDTH, HEIGHT) == [beyond]
 

@@ -133,7 +133,7 @@ def test_what_is_right_ahead_is_not_taken_for_floor_in_another_light(detector, l
     assert len(detector.ends(look([wall(2000.0)], brightness=0.6))) == 24
 
 
-def test_one_frame_in_much_stronger_light_is_enough_to_know_the_floor_again(look):
+def test_one_frame_in_much_stronger_light_is_enough_to_recognise_the_floor_again(look):
     taught = FreeFloorDetector()
     for number in range(10):
         learn(taught, look([wall(3000.0)], viewpoint=Viewpoint(90.0 * number, 0.0, 0.0, 200.0)), float(number))

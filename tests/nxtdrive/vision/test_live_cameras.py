@@ -235,7 +235,7 @@ def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_f
     camera.close()
 
 
-def test_an_observer_that_fails_is_reported_once_and_the_camera_goes_on(mocker, caplog):
+def test_an_observer_that_fails_is_reported_once_and_the_camera_continues(mocker, caplog):
     webcam, seen = Webcam(), []
     mocker.patch("cv2.VideoCapture", side_effect=[webcam])
     webcam.deliver(1)

@@ -142,7 +142,7 @@ def test_two_labels_with_a_row_for_each_cell_are_no_end_to_end_model(detector, r
 
 
 @pytest.mark.parametrize("runtime", RUNTIMES)
-def test_four_places_are_told_from_their_boxes_by_rank(detector, runtime):
+def test_four_places_are_distinguished_from_their_boxes_by_rank(detector, runtime):
     corners = np.array([[BOX, (0, 0, 20, 20), (1, 1, 9, 9), (0, 0, 1, 1)]], np.float32)
     labels, scores = np.array([[1, 0, 1, 0]], np.float32), np.array([[SCORE, 0.5, 0.02, 0.01]], np.float32)
     outputs = {"a": labels, "b": corners, "c": scores}
@@ -181,7 +181,7 @@ def test_logits_may_be_called_labels_and_boxes_dets(detector):
     assert "layout detr" in made.description()["model"]
 
 
-def test_outputs_without_telling_names_are_told_apart_by_shape_and_type(detector):
+def test_outputs_without_descriptive_names_are_distinguished_by_shape_and_type(detector):
     outputs = outputs_of("boxes")
     named = {"1203": outputs["boxes"], "1178": outputs["labels"], "1190": outputs["scores"]}
     assert detector(constant_model(named, whole=["1178"])).detect(FRAME)[0].box == expected("boxes")
@@ -347,7 +347,7 @@ def test_what_crashes_opencv_is_refused(tmp_path):
         make_detector({"detector": "onnx", "model": "cups.onnx", "label": "cup", "runtime": "opencv"}, tmp_path)
 
 
-def test_an_operator_that_opencv_does_not_know_is_reported_with_the_way_out(detector):
+def test_an_operator_that_opencv_does_not_support_is_reported_with_a_remedy(detector):
     from onnx import ModelProto, helper
 
     proto = ModelProto.FromString(model("boxes"))

@@ -141,7 +141,7 @@ class Sensor:
         return ((200.0, 100.0), (240.0, 100.0), (240.0, 160.0), (200.0, 160.0))
 
 
-def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
+def test_geometric_vision_confirms_as_camera_vision_does(clock):
     vision: Vision = GeometricVision(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0}, PINHOLE)
     sightings = [vision.look("cat") for _ in range(7)]
     assert [sighting is not None for sighting in sightings] == [False] * 4 + [True] * 2 + [False]
@@ -161,7 +161,7 @@ def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
     )
 
 
-def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock):
+def test_geometric_vision_measures_with_the_camera_that_the_mission_describes(clock):
     def distance_mm(hfov_deg, height_mm):
         vision = GeometricVision(Sensor(clock, 0.0, 99.0), clock, {"cat": height_mm}, Pinhole.from_hfov(320, hfov_deg))
         vision.look("cat")
@@ -171,7 +171,7 @@ def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock)
     assert distance_mm(51.0, 200.0) > 1.15 * distance_mm(60.0, 200.0)
 
 
-def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
+def test_geometric_vision_finds_only_the_targets_of_the_mission(clock):
     with pytest.raises(ConfigError, match=r"no target 'dog'.*There are: cat"):
         GeometricVision(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}, PINHOLE).look("dog")
 
@@ -204,7 +204,7 @@ class Place:
 
 
 @pytest.mark.parametrize(("size", "tilt_deg"), [((320, 240), 0.0), ((640, 480), 0.0), ((320, 240), -8.0)])
-def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
+def test_camera_and_geometric_vision_agree_on_the_free_floor(clock, size, tilt_deg):
     place, pinhole = Place(size, tilt_deg), Pinhole.from_hfov(size[0], 60.0, Mounting(tilt_deg=tilt_deg))
     frame = SimCamera(size, seed=1).frame(place.panels, place.viewpoint)
     camera = CameraVision(ReplayCamera("test", iter([frame]), 10, clock), {}, pinhole)
@@ -230,6 +230,6 @@ def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
         assert distance_mm(one) == pytest.approx(distance_mm(other), rel=0.08)
 
 
-def test_eyes_without_a_look_know_no_floor(look_at, scene):
+def test_vision_without_a_look_has_no_floor(look_at, scene):
     vision = look_at([scene.background])
     assert vision.free_floor(0.0) == ()

@@ -196,7 +196,7 @@ def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door
         assert visitor.receive() == [KEEP_ALIVE]
 
 
-def test_while_the_name_cannot_be_made_again_the_server_goes_on_and_tries_later(tmp_path, clock, caplog):
+def test_while_the_name_cannot_be_made_again_the_server_continues_and_tries_later(tmp_path, clock, caplog):
     folder = tmp_path / "ports"
     folder.mkdir()
     door = PtyDoor(folder / "port", now=clock.now)

@@ -113,7 +113,7 @@ def test_lost_time_is_not_made_up_for(server, wall, simulation):
     assert simulation.now_ms - before_ms <= 1000 + LATE_LIMIT_MS + LONGEST_STEP_MS
 
 
-def test_the_brick_is_heard_between_the_steps_of_a_late_simulation(server, wall, door):
+def test_the_brick_answers_between_the_steps_of_a_late_simulation(server, wall, door):
     wall.extra_s = 0.2
     door.incoming.append(GET_BATTERY)
     _run_for(server, wall, 0.7)

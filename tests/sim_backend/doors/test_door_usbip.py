@@ -123,7 +123,7 @@ def test_the_kernel_can_enumerate_the_brick(host):
 @pytest.mark.parametrize(
     "unknown", [(0x80, 6, 0x0600, 0, 10), (0x80, 6, 0x0302, 0, 255), (0xC0, 1, 0, 0, 8), (0x80, 0x33)]
 )
-def test_requests_that_the_brick_does_not_know_stall(host, unknown):
+def test_unsupported_requests_stall(host, unknown):
     assert host.say(control(1, *unknown)) == [(1, -errno.EPIPE, b"")]
 
 

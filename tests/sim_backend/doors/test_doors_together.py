@@ -118,7 +118,7 @@ def test_a_client_that_hangs_up_after_a_request_still_gets_the_reply(house):
     assert house.receive(line) == b""
 
 
-def test_a_program_of_nxt_server_that_hangs_up_at_once_is_heard_to_the_end(house):
+def test_all_requests_of_a_program_that_disconnects_at_once_are_handled(house):
     program = PROGRAMS["nxt-server"](house, house.add("nxt-server"))
     handle = OpenWrite.decode_reply(program.ask(OpenWrite("short.txt", 10).encode())).handle
     program.line.sendall(Write(handle, bytes(10)).encode())

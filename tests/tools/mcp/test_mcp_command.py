@@ -86,7 +86,7 @@ def test_it_ends_when_the_assistant_leaves(tmp_path):
 
 
 @pytest.mark.slow
-def test_it_ends_without_a_word_when_the_assistant_dies_in_mid_motion(tmp_path):
+def test_it_ends_silently_when_the_assistant_is_killed_in_mid_motion(tmp_path):
     calls = [("drive_mm", {"distance_mm": 900}), ("range", {})]
     with _started(tmp_path) as (process, _):
         process.stdin.write(json.dumps({"jsonrpc": "2.0", "method": "notifications/initialized"}) + "\n")

@@ -101,7 +101,7 @@ def test_a_line_that_was_cut_short_is_left_out_and_overwritten(tmp_path, length)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
-def test_results_that_cannot_be_written_say_how_to_go_on(tmp_path):
+def test_results_that_cannot_be_written_say_how_to_continue(tmp_path):
     import resource
 
     path, whole = tmp_path / "x.jsonl", json.dumps(LINE) + "\n"

@@ -37,7 +37,7 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
 
 @pytest.mark.parametrize("agent", NAMES)
 @pytest.mark.parametrize("kind", ["link", "camera_loss"])
-def test_outages_suspend_a_mission_which_then_goes_on(kind, agent):
+def test_outages_suspend_a_mission_which_then_continues(kind, agent):
     _, recorder = run_episode(_limited(generate_scenario(kind, 100), 60.0), agent, "geometric")
     went = [record.data["to"] for record in recorder.records if record.kind is RecordKind.TRANSITION]
     if kind == "camera_loss" and agent == "oracle":

@@ -99,7 +99,7 @@ PROFILE = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Calm(A
 
 
 @pytest.mark.slow
-def test_a_summary_tells_versions_of_a_profile_of_your_own_apart(tmp_path, monkeypatch, capsys):
+def test_a_summary_distinguishes_versions_of_a_profile_of_your_own(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr(registry, "external_profiles", {})

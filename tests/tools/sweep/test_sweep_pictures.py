@@ -108,7 +108,7 @@ def test_a_plot_says_how_many_missions_on_which_seeds():
     assert counted(RESULTS) == (8, 16)
 
 
-def test_agents_are_told_apart_without_colour():
+def test_agents_are_distinguishable_without_colour():
     assert len({(dashes, marker) for _, dashes, marker in STYLES}) == len(STYLES) == len(NAMES)
 
 

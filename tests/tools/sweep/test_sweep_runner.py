@@ -60,7 +60,7 @@ def test_the_file_does_not_depend_on_the_number_of_workers(number, results, tmp_
     assert read_results(out) == results
 
 
-def test_an_interrupted_sweep_goes_on_where_it_was(results, tmp_path):
+def test_an_interrupted_sweep_continues_where_it_was(results, tmp_path):
     out, done = tmp_path / "out.jsonl", []
     whole = "".join(result.to_json() + "\n" for result in results)
     out.write_text(whole[: whole.index("\n") + 30], encoding="utf-8")
@@ -143,14 +143,14 @@ def test_a_signal_during_a_mission_ends_a_sweep_with_its_own_exit_code(tmp_path,
     assert main([*words, "--out", str(tmp_path / "sweep.jsonl")]) == 128 + getattr(signal, name)
 
 
-def test_an_interrupted_sweep_does_not_wait_for_missions_that_nobody_wants():
+def test_an_interrupted_sweep_does_not_wait_for_missions_whose_results_are_dropped():
     with suppress(KeyboardInterrupt), local_workers(2) as workers:
         missions = [workers.executor.submit(time.sleep, 3600.0) for _ in range(4)]
         raise KeyboardInterrupt
     assert all(isinstance(mission.exception(), BrokenExecutor) for mission in missions)
 
 
-def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(results, tmp_path, monkeypatch):
+def test_a_mission_that_breaks_is_a_line_and_the_sweep_continues(results, tmp_path, monkeypatch):
     def stuck(_robot):
         raise RuntimeError("two decisions at the same moment")
 
@@ -191,7 +191,7 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
     assert read_results(tmp_path / "out.jsonl") == []
 
 
-def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+def test_an_interrupted_command_says_how_to_continue(tmp_path, monkeypatch, capsys):
     def interrupt(_robot):
         raise KeyboardInterrupt
 

@@ -283,7 +283,7 @@ def test_a_copy_ends_with_the_original():
 
 @pytest.mark.nightly
 @pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
-def test_copies_of_the_process_go_on_as_a_repeated_mission_does(monkeypatch):
+def test_copies_of_the_process_continue_as_a_repeated_mission_does(monkeypatch):
     copied = branch_costs(SOURCE, 0, range(2), 1)
     monkeypatch.setattr("nxtdrive.tools.sweep.what_if.CAN_FORK", False)
     assert branch_costs(SOURCE, 0, range(2), 1) == copied

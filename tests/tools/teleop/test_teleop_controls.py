@@ -81,7 +81,7 @@ def test_the_map_shows_path_echo_target_and_robot():
     assert [lines[row][10] for row in range(6, 11)] == ["·"] * 5
 
 
-def test_the_map_knows_where_sonar_and_lens_are():
+def test_the_map_accounts_for_the_mounting_of_sonar_and_lens():
     floor = FloorMap(sonar_forward_mm=100.0, camera=CameraTable(forward_mm=200.0, right_mm=100.0))
     floor.add_echo(Pose(), 400.0)
     floor.add_target(Pose(0.0, 0.0, 90.0), 0.0, 300.0)
@@ -174,7 +174,7 @@ def test_the_wall_ahead_stops_it_and_stands_on_the_map(room, controls):
     assert pilot.step().state == "driving"
 
 
-def test_held_wheels_are_let_alone_until_the_key_is_let_go(room, controls):
+def test_blocked_wheels_are_not_driven_until_the_key_is_released(room, controls):
     simulation, brick = room()
     wheel = BenchMotor(locked=True)
     simulation.brick.attach_motor("B", wheel)

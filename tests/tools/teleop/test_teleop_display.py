@@ -128,7 +128,7 @@ def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, see
 
 
 @pytest.mark.slow
-def test_a_picture_that_no_longer_comes_is_said(screen):
+def test_a_picture_that_no_longer_comes_is_reported(screen):
     latest = LatestFrame()
 
     async def act(app, pilot, now):

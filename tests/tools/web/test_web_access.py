@@ -59,7 +59,7 @@ def _wrong(pin: Pin) -> str:
     return f"{(int(pin.digits) + 1) % 10**6:06}"
 
 
-def test_before_the_pin_there_is_nothing_but_the_page_that_asks_for_it(client):
+def test_before_the_pin_there_is_nothing_but_the_page_that_requests_it(client):
     for path in ("/", "/index.html", "/runs.html"):
         answer = client.get(path)
         assert (answer.status_code, answer.headers["location"]) == (303, "/pin.html")

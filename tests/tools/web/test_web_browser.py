@@ -188,7 +188,7 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
 
 
 @pytest.mark.nightly
-def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_path):
+def test_after_a_mission_the_map_continues_where_the_robot_stands(browser, tmp_path):
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     with _serving(browser, tmp_path, "web", "--nxt", "sim://open?pace=fast", "--port", "0") as lines:
         browser.get(re.findall(r"http\S+", lines[-1])[0])
@@ -204,7 +204,7 @@ def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_pat
     assert max(math.dist(a[:2], b[:2]) for a, b in pairwise(path)) < 300, "the path jumps"
 
 
-def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url):
+def test_text_has_the_contrast_that_wcag_aa_requires(browser, url):
     for scheme, page in product(("light", "dark"), ("", "missions.html", "calibrate.html", "runs.html", "pin.html")):
         prefer(browser, scheme)
         browser.get(url + page)

@@ -119,7 +119,7 @@ def test_what_is_refused_is_reported(tmp_path):
         assert "sees no marker" in _until(page, "calibration", running=False, problem=True)["problem"]
 
 
-def test_a_defect_of_a_calibration_is_reported_and_the_page_goes_on(tmp_path, monkeypatch):
+def test_a_defect_of_a_calibration_is_reported_and_the_page_continues(tmp_path, monkeypatch):
     monkeypatch.setattr(calibration, "calibrate", lambda *_: 1 / 0)
     with _page(tmp_path) as page:
         for _ in range(2):

@@ -96,7 +96,7 @@ def test_a_replay_has_the_decisions_of_its_journal():
 
 
 @pytest.mark.parametrize(("seconds", "chance"), [(math.inf, 0.5), (10.0, 0.0)])
-def test_a_time_without_end_is_said_in_json(seconds, chance):
+def test_a_time_without_end_is_reported_in_json(seconds, chance):
     choice = Choice(CHANGE_TARGET, "for a test")
     shown = candidate(OperatorChoice(choice, Candidate(choice, seconds, chance)))
     assert shown["expected_s"] is None

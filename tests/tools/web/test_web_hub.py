@@ -64,7 +64,7 @@ def test_no_event_is_left_out_and_their_order_stays():
     assert [json.loads(message)["text"] for message in messages] == [str(n) for n in range(100)]
 
 
-def test_a_client_that_comes_later_is_told_the_run_so_far():
+def test_a_client_that_connects_later_receives_the_run_so_far():
     async def late() -> list[str | bytes]:
         hub = Hub()
         hub.publish("line", {"text": "of the last run"})

@@ -328,7 +328,7 @@ def test_decisions_at_one_place_share_a_label(browser, run, page, places_mm, lab
 
 @in_browser
 @pytest.mark.parametrize("page", ["file"], indirect=True)
-def test_a_line_that_wraps_goes_on_beside_its_time(browser, page):
+def test_a_line_that_wraps_continues_beside_its_time(browser, page):
     browser.get(page)
     _until_grey(browser, 40)
     _seek(browser, 10)

@@ -196,7 +196,7 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
         assert 20 < stopped["pose"][0] < 400
 
 
-def test_a_driver_is_told_to_begin_at_the_centre(tmp_path):
+def test_a_driver_is_asked_to_begin_at_the_centre(tmp_path):
     with _client(_server(tmp_path)).websocket_connect("/ws") as page:
         page.send_json({"type": "drive", "ahead": 1, "turn": 0})
         assert "sends zeros once" in _until(page, lambda each: each["type"] == "refused")["text"]
@@ -253,7 +253,7 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
 
 
 @pytest.mark.slow
-def test_who_drives_during_a_mission_is_told_why_the_robot_does_not_obey(tmp_path):
+def test_who_drives_during_a_mission_gets_the_reason_why_the_robot_does_not_move(tmp_path):
     with _running(tmp_path) as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
         _until(page, lambda each: each["type"] == "run")
@@ -294,7 +294,7 @@ def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
         page.send_json({"type": "stop_mission"})
 
 
-def test_what_the_robot_does_is_said_in_the_words_of_the_terminal():
+def test_what_the_robot_does_is_reported_in_the_words_of_the_terminal():
     assert doing(Record(0.0, RecordKind.STEP, "move_to", "lena")) == "look elsewhere: lena"
     assert doing(Record(0.0, RecordKind.STEP, "gave_up", "lena")) == "gave up: lena"
     assert doing(Record(0.0, RecordKind.TRANSITION, "finished", "lena", {"to": "done"})) == "finished"
@@ -428,7 +428,7 @@ def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_goes_on(tmp_path):
+def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_continues(tmp_path):
     _quick(tmp_path)
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
@@ -442,7 +442,7 @@ def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_goes_on(tmp_path
 @pytest.mark.parametrize(
     ("does", "error"), [("return {}['lamp']", "KeyError: 'lamp'"), ("raise SystemExit(3)", "SystemExit: 3")]
 )
-def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(does, error, tmp_path, monkeypatch):
+def test_an_exception_in_your_own_profile_is_reported_and_the_page_continues(does, error, tmp_path, monkeypatch):
     broken = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n"
     (tmp_path / "odd_on_page.py").write_text(f"{broken}    def skill(self, *_): {does}\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -459,7 +459,7 @@ def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(does,
 
 
 @pytest.mark.slow
-def test_a_paused_mission_that_is_ended_does_not_go_on_first(tmp_path):
+def test_a_paused_mission_that_is_ended_does_not_continue_first(tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
         _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "look")

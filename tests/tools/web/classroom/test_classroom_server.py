@@ -87,7 +87,7 @@ def test_the_robot_file_is_that_of_all_missions(tmp_path):
 
 
 @pytest.mark.parametrize("path", ["/robot/Robot 9/", "/robot/Robot 9", "/robot/<b>/x"])
-def test_an_unknown_robot_is_said_with_the_way_back(tmp_path, path):
+def test_an_unknown_robot_is_reported_with_a_link_back(tmp_path, path):
     answer = _client(_closed(tmp_path, "Ada")).get(path)
     assert answer.status_code == 404
     assert 'There is no robot "' in answer.text

@@ -40,7 +40,7 @@ class Ended(Hub):
             self.ended.set()
 
 
-def test_frames_that_nobody_wants_are_not_rendered():
+def test_frames_without_a_reader_are_not_rendered():
     numbers: list[int] = []
     with open_robot("sim://open", "geometric") as robot:
         robot.watch(lambda frame: numbers.append(frame.index), 20, lambda number: number % 10 == 0)
@@ -68,7 +68,7 @@ def test_more_frames_are_wanted_the_closer_someone_looks(client):
     ("camera", "target", "vision"),
     [("geometric", "lena", GeometricVision), ("geometric", "rilakkuma", CameraVision), ("sim", "lena", CameraVision)],
 )
-def test_frames_are_searched_only_for_what_the_world_does_not_know_by_name(camera, target, vision, mission_for):
+def test_frames_are_searched_only_for_targets_without_a_name_in_the_world(camera, target, vision, mission_for):
     with open_robot("sim://open", camera) as robot:
         assert type(robot.vision(mission_for(target))) is vision
 

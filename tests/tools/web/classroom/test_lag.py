@@ -12,7 +12,7 @@ def test_a_robot_in_real_time_does_not_lag():
     assert not any(_lags(LagMeter(), 1.0 - 0.9 * LAG_S / WINDOW_S, 60)), "almost"
 
 
-def test_a_robot_that_is_slower_lags_until_it_keeps_pace_again():
+def test_a_robot_that_is_slower_lags_until_it_is_in_time_again():
     meter = LagMeter()
     assert _lags(meter, 0.8, 60)[-1]
     assert not _lags(LagMeter(), 0.8, 4)[-1], "it is hardly behind yet"

@@ -84,7 +84,7 @@ def test_a_defect_while_it_is_opened_is_shown_and_the_robot_is_opened_again(cabl
     until(lambda: station.tile()["open"])
 
 
-def test_a_simulated_robot_takes_the_place_of_a_brick_until_a_person_wants_it_back(cable, station_for):
+def test_a_simulated_robot_replaces_a_brick_until_a_person_reconnects_it(cable, station_for):
     station = station_for(_real(stand_in=SIMULATED))
     until(lambda: station.tile()["open"])
     assert station.tile()["brick"] == "stand-in"
