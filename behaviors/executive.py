@@ -56,7 +56,7 @@ class Report:
         targets: The outcome of each target.
         path: The states entered, in order.
         duration_s: How long it took, in mission time.
-        error: What made it impossible to go on, in words, or an empty string.
+        error: What made it impossible to continue, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
         refused: Whether a brick that answers and refuses has ended it.
         hints: What to check or change, one sentence or two each; added by the program that assembled the mission.

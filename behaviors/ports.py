@@ -64,7 +64,7 @@ class Pose:
 
 
 class Cut(Flag):
-    """Sides of the frame beyond which a target goes on."""
+    """Sides of the frame beyond which a target continues."""
 
     NONE = 0
     LEFT = auto()

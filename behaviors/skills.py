@@ -73,7 +73,7 @@ class SkillContext:
         self.watch = ObstacleWatch(self.body, self.report)
 
     def check_time(self) -> None:
-        """Check whether there is time to go on; skills call this before each bounded piece of work.
+        """Check whether there is time to continue; skills call this before each bounded piece of work.
 
         Raises:
             TimeUp: The mission's time is over.
@@ -100,7 +100,7 @@ class Skill(Protocol):
 
     A fact that it returns ends it, except CONTINUED; `behaviors.chart.results_in` has the events that end a state. A
     failure is a `behaviors.failures.Failure`. What it reports to the chart meanwhile does not end it: the same skill
-    goes on, though the chart may be in another state, as when an approach stands to verify its target.
+    continues, though the chart may be in another state, as when an approach stands to verify its target.
     """
 
     def call(self) -> Fact:

@@ -152,7 +152,7 @@ class OccupancyGrid:
         """Update with the free floor that a camera sees; another view from the same place says nothing new.
 
         Floor that an echo of the same moment shows to be free is not an obstacle, whatever it looks like there; and
-        where the floor seems to go on beyond an echo, the source of the echo stays on the map however often it is
+        where the floor seems to continue beyond an echo, the source of the echo stays on the map however often it is
         overlooked.
 
         Args:

@@ -190,7 +190,7 @@ class Perception:
 
     @property
     def doubts_turns(self) -> bool:
-        """Whether a turn should go on until it shows the scale of turns, which takes frequent echoes."""
+        """Whether a turn should continue until it shows the scale of turns, which takes frequent echoes."""
         return self._turn_tests > 0 and not self.sonar.silent and self.frames == 1
 
     def begin_turn(self) -> None:
@@ -217,7 +217,7 @@ class Perception:
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on as `Body.drive` does, slower without a sonar and on a slow link.
 
-        Reports when the safety stop holds the robot and when it lets go.
+        Reports when the safety stop holds the robot and when it releases it.
         """
         if speed_mm_s > 0:
             share = N.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0  # without it the body is slow

@@ -22,7 +22,7 @@ class TurnNumbers:
 
     Attributes:
         enough_deg: A turn this long, by the wheels, shows the scale if the echoes showed edges at its beginning.
-        further_deg: Otherwise the turn goes on by this much at a time.
+        further_deg: Otherwise the turn continues by this much at a time.
         longest_deg: Maximum length of the turn.
         most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
         least: A smaller share may be an accident of the echoes, and is ignored.
@@ -79,7 +79,7 @@ class TurnScale:
 
     @property
     def complete(self) -> bool:
-        """Whether the turn shows the scale of turns, or is too long to go on."""
+        """Whether the turn shows the scale of turns, or is too long to continue."""
         return abs(self.turned_deg) >= N.longest_deg or self.estimate() is not None
 
     def begin(self) -> None:

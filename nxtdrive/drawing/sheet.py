@@ -172,7 +172,7 @@ def _head(word: str, size: int, width: float) -> str:
 
 
 def dashes(points: Sequence[Point], pattern: Sequence[float]) -> Iterator[list[Point]]:
-    """Yield the strokes of a dashed line; the pattern goes on around corners."""
+    """Yield the strokes of a dashed line; the pattern continues around corners."""
     stroke: list[Point] = []
     i, left = 0, pattern[0]
     for (x0, y0), (x1, y1) in pairwise(points):

@@ -116,7 +116,7 @@ class Reconnector:
 
         Raises:
             LinkLost: It does not reconnect, or not in time; or it is open again, but only the program can decide how to
-                go on. Motions are not kept waiting.
+                continue. Motions are not kept waiting.
         """
         if isinstance(lost, Interrupted):
             raise lost

@@ -30,7 +30,7 @@ class FloorModel:
 
     Attributes:
         row_sd_px: Standard deviation of the row at which the floor ends, in a frame 320 pixels wide.
-        look_like_floor: Textures with the floor's colours: where they stand, the floor seems to go on.
+        look_like_floor: Textures with the floor's colours: where they stand, the floor seems to continue.
         specks: Probability that the floor seems to end nearer, at a spot of another colour.
         speck_px: Then it ends at most this many rows lower.
     """

@@ -86,7 +86,7 @@ class World:
         self._absorbing = {shape for obj in soft for shape in obj.shapes}
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
         self.surroundings = LocalConditions(file)
-        # the purpose is part of the seed: under another name, every room with events would go on in another way
+        # the purpose is part of the seed: under another name, every room with events would continue in another way
         self.scheduler = EventScheduler(file.events, self._random("story"))
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())
         self._panels: tuple[Panel, ...] | None = None

@@ -267,7 +267,7 @@ class Rig:
                 for answer in line.makefile("rb"):
                     yield json.loads(answer)
                     if time.monotonic() > until:
-                        raise TimeoutError("it goes on")
+                        raise TimeoutError("it is still running")
                     line.settimeout(max(0.001, until - time.monotonic()))
         except OSError as error:
             raise RigError(

@@ -44,7 +44,7 @@ THERE_MM = 150.0
 
 
 class OracleEyes(Oracle):
-    """Tour places to look from until a frame shows a target; then go on as the oracle does.
+    """Tour places to look from until a frame shows a target; then continue as the oracle does.
 
     Args:
         robot: The robot.

@@ -119,7 +119,7 @@ class KeysScreen(ModalScreen[None]):
         yield keys
 
     def on_key(self, event: Key) -> None:
-        """Close; the key goes on to the program, unless it may have been pressed just to close the list."""
+        """Close; the key is passed on to the program, unless it may have been pressed just to close the list."""
         if event.key in ("question_mark", "enter"):
             event.stop()
         self.dismiss()

@@ -262,7 +262,7 @@ class Station:
         while not self._closing.is_set():
             try:
                 again_at_once = self._serve_once()
-            except Exception as defect:  # noqa: BLE001 - shown on the page; the other robots go on
+            except Exception as defect:  # noqa: BLE001 - shown on the page; the other robots continue
                 again_at_once = False
                 self.trouble = f"the robot's program broke: {type(defect).__name__}: {defect}"
             finally:
