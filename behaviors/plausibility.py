@@ -16,7 +16,7 @@ of a target that was measured by eye."""
 
 EDGE_MM = 10.0
 """The upper edge of a low target is known to this."""
-STANDS_MM = 30.0
+FLOOR_TOLERANCE_MM = 30.0
 """A low target's lower edge is this near to the floor; one that is not where its size says looks higher."""
 
 
@@ -35,7 +35,7 @@ def passes_over(
     if edges_mm is None:
         return False
     bottom_mm, top_mm = (lens_mm + edge_mm for edge_mm in edges_mm)
-    return top_mm <= sonar_mm + EDGE_MM and abs(bottom_mm) <= STANDS_MM and echo_ahead_mm > distance_mm
+    return top_mm <= sonar_mm + EDGE_MM and abs(bottom_mm) <= FLOOR_TOLERANCE_MM and echo_ahead_mm > distance_mm
 
 
 def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:

@@ -32,7 +32,7 @@ MARKERS = (
 )
 LIBRARY = {"nxtdrive", "behaviors", "sim_backend", "firmware_protocol", "input_files", *sys.stdlib_module_names}
 """Packages whose lines are not those of the program that a test runs."""
-AGAIN_S = 0.5
+SECOND_INTERRUPT_S = 0.5
 """A test over its limit is interrupted again after this: its program may catch everything."""
 INSTALLED = tuple(sysconfig.get_paths()[name] for name in ("purelib", "platlib"))
 
@@ -90,7 +90,7 @@ def _ended_after(seconds: float) -> Iterator[None]:
         while not done.wait(wait_s):
             over.set()
             interrupt_main()
-            wait_s = AGAIN_S
+            wait_s = SECOND_INTERRUPT_S
 
     before = signal.signal(signal.SIGINT, interrupted)
     timer = threading.Thread(target=end, daemon=True)

@@ -14,7 +14,7 @@ TERMINATION = ("SIGTERM", "SIGHUP")
 """The system's request to end, and a closed terminal; not every system has both."""
 SIGNALLED = 128
 """Shells add this to the number of the signal that ended a program; programs that handle signals follow them."""
-AGAIN_S = 0.02
+REDELIVERY_S = 0.02
 """A signal that could not interrupt the program is delivered again after this time."""
 ABORTING_SIGNALS = 3
 """After this many signals, the program's clean-up, which may hang, is interrupted too."""
@@ -155,7 +155,7 @@ def _importing(frame: FrameType | None) -> bool:
 
 
 def _send_again(number: int) -> None:
-    again = threading.Timer(AGAIN_S, _send_to_main_thread, (number,))
+    again = threading.Timer(REDELIVERY_S, _send_to_main_thread, (number,))
     again.daemon = True
     again.start()
 

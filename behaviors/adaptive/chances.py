@@ -22,7 +22,7 @@ from input_files.json_text import parse_object
 
 ESTIMATES = (0.01, 0.05, 0.15, 0.5)
 """The chances by the world model that are distinguished; others are interpolated, and below these in proportion."""
-TRIES = (0, 1, 2, 4, 8)
+ATTEMPT_BUCKETS = (0, 1, 2, 4, 8)
 """Buckets for the number of choices in a row without an approach; each begins at this number."""
 PRIOR = 4.0
 """The more common situation counts as this many outcomes: by log loss on seeds that were left out."""
@@ -87,7 +87,7 @@ def shipped() -> Counts:
 
 
 def _situation(choice: Recovery, estimate: float | str, evidence: Evidence) -> str:
-    tries = max(each for each in TRIES if each <= evidence.tries)
+    tries = max(each for each in ATTEMPT_BUCKETS if each <= evidence.tries)
     return f"{choice.name}/{estimate}/{evidence.reason}/{tries}"
 
 
@@ -97,7 +97,11 @@ def is_situation(text: str) -> bool:
     if choice not in RECOVERIES or len(numbers) != 3:
         return False
     estimate, reason, tries = numbers
-    return estimate in {NO_ESTIMATE, *map(str, ESTIMATES)} and reason in set(Reason) and tries in set(map(str, TRIES))
+    return (
+        estimate in {NO_ESTIMATE, *map(str, ESTIMATES)}
+        and reason in set(Reason)
+        and tries in set(map(str, ATTEMPT_BUCKETS))
+    )
 
 
 def _parts(situation: str) -> Iterator[str]:

@@ -27,7 +27,7 @@ CANDIDATES = 16
 """Largest number of candidates of a decision that an action can name."""
 LONGEST_S = 1000.0
 """Longer times are observed as this."""
-MANY = 100.0
+MAX_OBSERVED_COUNT = 100.0
 """Larger counts are observed as this."""
 KINDS, REASONS = tuple(RECOVERIES), tuple(Reason)
 NUMBERS = ("seen_since_search", "researches", "round", "targets_left", "spent_s", "failures", "run")
@@ -104,7 +104,22 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         self._eyes, self._cost_per_s = check_eyes(eyes), check_cost(cost_per_s)
         self._ongoing: _OngoingMission | None = None
         self._ended = False
-        highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
+        highest = np.array(
+            [
+                1,
+                MAX_OBSERVED_COUNT,
+                MAX_OBSERVED_COUNT,
+                MAX_OBSERVED_COUNT,
+                LONGEST_S,
+                MAX_OBSERVED_COUNT,
+                MAX_OBSERVED_COUNT,
+                1,
+                10,
+                1,
+                LONGEST_S,
+            ],
+            np.float32,
+        )
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
         self.observation_space = spaces.Dict(
             {
@@ -184,7 +199,7 @@ def observed(question: Question | None, left_s: float) -> Observation:
         evidence, blocker = question.evidence, question.evidence.blocker
         reason = REASONS.index(evidence.reason)
         for i, name in enumerate(NUMBERS):
-            numbers[i] = min(float(getattr(evidence, name)), LONGEST_S if name == "spent_s" else MANY)
+            numbers[i] = min(float(getattr(evidence, name)), LONGEST_S if name == "spent_s" else MAX_OBSERVED_COUNT)
         if blocker is not None:
             numbers[-4:-1] = 1.0, min(max(blocker.range_mm / 1000.0, 0.0), 10.0), blocker.hides
         for i, candidate in enumerate(question.candidates[:CANDIDATES]):

@@ -26,7 +26,7 @@ TARGETS = 6
 """Rows of the observation's ``targets``: as many as the largest class of scenarios has."""
 FASTEST_MM_S = 300.0
 """Speed of a wheel at an action of 1."""
-STANDS = 0.05
+DEAD_ZONE = 0.05
 """Actions nearer to 0 let the robot stand; where a stop counts, that is an arrival."""
 STEP_MS = 100
 """A step during an outage takes this long."""
@@ -114,7 +114,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         before_s, reached = episode.time_s, len(episode.reached)
         left, right = _wheels(action)
-        stands = max(abs(left), abs(right)) < STANDS
+        stands = max(abs(left), abs(right)) < DEAD_ZONE
         if stands and self._standing:  # one step to come to rest
             for target in self._targets(episode):
                 episode.arrive(target)

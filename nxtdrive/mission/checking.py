@@ -22,7 +22,7 @@ from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_M
 SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
 """Short and long side of the usual sheets. Source: ISO 216."""
 A4_SHAPE = SHEETS_MM["A4"][0] / SHEETS_MM["A4"][1]
-LIKE_A4 = 0.1
+A4_TOLERANCE = 0.1
 """A picture whose width over height differs from an upright A4 sheet's by less than this share may be one."""
 SHEET_SHAPE = 0.02
 """A picture whose shape differs from a sheet's by less than this share fills a sheet."""
@@ -105,7 +105,7 @@ def _shape(picture: str) -> float | None:
 
 def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> Iterator[str]:
     width_mm = height_mm * shape
-    if not chosen and abs(shape / A4_SHAPE - 1) > LIKE_A4:
+    if not chosen and abs(shape / A4_SHAPE - 1) > A4_TOLERANCE:
         landscape = "; an A4 sheet in landscape is 210 mm high" if shape > 1 else ""
         yield (
             f"target.{name}: height_mm is missing, so that of an upright A4 sheet counts, {A4_HEIGHT_MM:g}, but the "

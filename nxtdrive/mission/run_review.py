@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 """A search that ends for one of these reasons has looked in all directions, if the target was never seen before."""
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
-STOPPED_TWICE = 2
+STOPS_BEFORE_WARNING = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
 
 FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
@@ -254,7 +254,7 @@ class RunReview:
 
     def _end(self) -> None:
         for target, times in self._stopped.items():
-            if target not in self._reached and times >= STOPPED_TWICE:
+            if target not in self._reached and times >= STOPS_BEFORE_WARNING:
                 self._wrong_size(target, *self._nearer[target])
 
     def _lookalikes(self, target: str, truth: Truth) -> list[str]:

@@ -17,7 +17,7 @@ MIN_SHARE = 0.15
 """Minimum share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
 MIN_COLOR_SHARE = 0.8
 """Minimum share of all that is strongly coloured in the picture: a patch among others is one of many details."""
-PLAIN = 15.0
+MAX_PATCH_SD = 15.0
 """Largest standard deviation of the grey levels in the middle of a plain patch."""
 
 
@@ -62,7 +62,7 @@ def _color(image: Image, least_px: float) -> str:
         for patch in ColorDetector(color).detect(image)[:1]:
             left, top, width, height = (round(each) for each in patch.box)
             middle = grey[top + height // 4 : top + height * 3 // 4, left + width // 4 : left + width * 3 // 4]
-            plain = float(middle.std()) < PLAIN
+            plain = float(middle.std()) < MAX_PATCH_SD
             if plain and patch.score * width * height >= max(least_px, MIN_COLOR_SHARE * strong_px):
                 keys = f'detector = "color" and color = "{color}"'
                 return f"the picture shows something plain {color}: a target with {keys} finds it from every side"

@@ -23,7 +23,7 @@ from nxtdrive.sensors import Compass
 
 TURN_LOSS = 0.25
 """Largest part of a turn that slipping wheels lose."""
-VEER_DEG_PER_M = 15.0
+MAX_DRIFT_DEG_PER_M = 15.0
 """Largest turn per metre driven that the wheels' counters do not show."""
 READING_DEG = 4.0
 """Error bound of a reading: steps of one degree, and noise of about one."""
@@ -63,7 +63,7 @@ class CompassFilter:
         if not self.aligned:
             self.aligned, self._north_deg = True, compass_deg - heading_deg
             return 0.0
-        lost_deg = TURN_LOSS * abs(moved.turned_deg) + VEER_DEG_PER_M * moved.driven_mm / 1000.0
+        lost_deg = TURN_LOSS * abs(moved.turned_deg) + MAX_DRIFT_DEG_PER_M * moved.driven_mm / 1000.0
         error_deg = wrapped_deg(compass_deg - self._north_deg - heading_deg)
         here = moved.away_mm <= SAME_PLACE_MM
         plausible = abs(error_deg) <= self._uncertainty_deg + lost_deg + READING_DEG

@@ -15,7 +15,7 @@ from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
 """Oldest echo that may decide whether a motion begins, or stand for a new measurement."""
-FORGOTTEN_S = 1.0
+MAX_ECHO_AGE_S = 1.0
 """An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
 POLLS = 2
 """A measurement is polled this often before it is dropped: the first request may come while the bus is busy."""
@@ -179,7 +179,7 @@ class ObstacleMonitor:
 
     @property
     def _forgotten_s(self) -> float:
-        return FORGOTTEN_S + (ROUND_TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
+        return MAX_ECHO_AGE_S + (ROUND_TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
 
     def _older_than(self, age_s: float) -> bool:
         return self._echo is None or self._link.now() - self._echo.time_s > age_s

@@ -18,8 +18,8 @@ from behaviors.return_types import checked
 
 WEIGHED = ("blocker", "here", "viewpoints")
 """Evidence that only a policy which weighs candidates has."""
-NEARLY_S = NEARLY_DEG = 0.05
-NEARLY_MM = 1.0
+TOLERANCE_S = TOLERANCE_DEG = 0.05
+TOLERANCE_MM = 1.0
 """Journals are rounded; numbers that differ by less are equal."""
 
 
@@ -157,11 +157,11 @@ def same(one: Choice, other: Choice) -> bool:
     return (
         one.kind is other.kind
         and one.instead == other.instead
-        and abs(one.wait_s - other.wait_s) < NEARLY_S
-        and abs(one.turn_deg - other.turn_deg) < NEARLY_DEG
+        and abs(one.wait_s - other.wait_s) < TOLERANCE_S
+        and abs(one.turn_deg - other.turn_deg) < TOLERANCE_DEG
         and len(one.route) == len(other.route)
         and all(
-            abs(here[0] - there[0]) < NEARLY_MM and abs(here[1] - there[1]) < NEARLY_MM
+            abs(here[0] - there[0]) < TOLERANCE_MM and abs(here[1] - there[1]) < TOLERANCE_MM
             for here, there in zip(one.route, other.route, strict=True)
         )
     )

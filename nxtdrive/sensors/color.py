@@ -12,7 +12,7 @@ from nxtdrive.sensors.analog import FULL_SCALE
 from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import QuantitySensor
 
-LAST_BLIND_FIRMWARE = (1, 5)
+LAST_FIRMWARE_WITHOUT_COLOR = (1, 5)
 """Last firmware without colour sensors; 1.29 has them. Source: docs/firmware.md section 11."""
 
 Lamp = Literal["red", "green", "blue", "off"]
@@ -77,7 +77,7 @@ class ColorSensor(Sensor, QuantitySensor[Color]):
             LocalProtocolError: The brick's firmware is too old for it.
         """
         firmware = self.link.request(GetVersions()).firmware
-        if tuple(map(int, firmware.split("."))) <= LAST_BLIND_FIRMWARE:
+        if tuple(map(int, firmware.split("."))) <= LAST_FIRMWARE_WITHOUT_COLOR:
             raise LocalProtocolError(
                 f"firmware {firmware} cannot read colour sensors.", remedy="Install LEGO's firmware 1.29 on the brick."
             )

@@ -40,7 +40,12 @@ LATEST = 15
 """A target's place is the median of its last sightings: the nearest ones, mostly."""
 MARGIN_MM = 15.0
 """By this the mission's robot is larger than the body, for safety."""
-SIMPLER = {"left_reversed": False, "right_reversed": False, "wheel_mismatch_percent": 0.0, "turn_slip_percent": 0.0}
+ABSENT = {
+    "left_reversed": False,
+    "right_reversed": False,
+    "wheel_mismatch_percent": 0.0,
+    "turn_slip_percent": 0.0,
+}
 """What the simulated robot does not have, as a mission describes it."""
 SHARED_CAMERA = ("hfov_deg", "height_mm", "forward_mm", "right_mm", "yaw_deg", "tilt_deg", "roll_deg", "latency_s")
 
@@ -90,7 +95,7 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
     room, problems = check(WorldFile, world)
     if room is None:
         raise ValueError(f"the simulator has no such robot: {'; '.join(each.sentence for each in problems)}")
-    return Scenario(KIND, 0, room, mission.model_copy(update={"robot": mission.robot.model_copy(update=SIMPLER)}))
+    return Scenario(KIND, 0, room, mission.model_copy(update={"robot": mission.robot.model_copy(update=ABSENT)}))
 
 
 def _robot(mission: Mission) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from nxtdrive.vision.detection import Image
 
-ALMOST = 1e-6
+ROUNDING_TOLERANCE = 1e-6
 """Tolerance for rounding errors in numbers of frames, milliseconds or seconds."""
 
 
@@ -79,12 +79,12 @@ class FrameSource(Protocol):
 
 def frame_number(now_s: float, fps: float) -> int:
     """Return the number of the latest frame at `now_s` of a camera that takes frame n at ``n / fps``."""
-    return math.floor(now_s * fps + ALMOST)
+    return math.floor(now_s * fps + ROUNDING_TOLERANCE)
 
 
 def next_tick(now_s: float, fps: float) -> float:
     """Return when that camera takes its next frame, rounded up to the simulation's whole milliseconds."""
-    return math.ceil((frame_number(now_s, fps) + 1) / fps * 1000 - ALMOST) / 1000
+    return math.ceil((frame_number(now_s, fps) + 1) / fps * 1000 - ROUNDING_TOLERANCE) / 1000
 
 
 class SimulatedCamera:
@@ -118,7 +118,7 @@ class SimulatedCamera:
                 if self._source.detector_s:
                     self._clock.sleep(self._source.detector_s)
                 return Frame(image, number / fps, number)
-            if now_s >= deadline_s - ALMOST:
+            if now_s >= deadline_s - ROUNDING_TOLERANCE:
                 raise CameraError(
                     f"the simulated camera gave no frame for {timeout_s:g} s.",
                     remedy="Has an event unplugged it, or is drop_rate high?",

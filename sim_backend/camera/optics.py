@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim_backend.camera.projection import ImagePlane, Matrix, Pinhole, orientation
 from sim_backend.camera.textures import Image
 
-SWING_DEG = 8.0
+MAX_FRAME_TURN_DEG = 8.0
 """Largest turn of the camera while it reads a frame that is rendered."""
 
 Share = TypeVar("Share", float, Matrix)
@@ -80,7 +80,7 @@ class CameraWarp:
         self._rays = _rays(camera, optics, orientation(tilt_deg, roll_deg))
         if float(self._rays[..., 2].min()) < 0.1:
             raise ValueError("the camera sees what is right above or below it; lower tilt_deg or hfov_deg")
-        swing_deg = SWING_DEG if optics.readout_s else 0.0
+        swing_deg = MAX_FRAME_TURN_DEG if optics.readout_s else 0.0
         ends = [_turned(self._rays, turn_deg) for turn_deg in (-swing_deg, swing_deg)]
         points = np.concatenate([rays[..., :2] / np.maximum(rays[..., 2:], 0.05) for rays in ends])
         (left, top), (right, bottom) = (
@@ -97,7 +97,7 @@ class CameraWarp:
         if self._optics.readout_s and turn_rate_deg_s:
             shares = (np.arange(self._camera.height) + 0.5) / self._camera.height
             turns_deg = self._optics.row_turn_deg(shares, turn_rate_deg_s)
-            maps = self._maps(_turned(self._rays, np.clip(turns_deg, -SWING_DEG, SWING_DEG)[:, None]))
+            maps = self._maps(_turned(self._rays, np.clip(turns_deg, -MAX_FRAME_TURN_DEG, MAX_FRAME_TURN_DEG)[:, None]))
         return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
     def _maps(self, rays: Matrix) -> Maps:

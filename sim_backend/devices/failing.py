@@ -16,7 +16,7 @@ NO_ADDRESS = 0x01
 """An I2C address that no request contains: write addresses are even."""
 OPEN_CIRCUIT = FULL_SCALE
 """Converter value of a port without a sensor."""
-LOOSE_SHARE = 0.5
+LOST_SHARE = 0.5
 """Share of the requests that a loose plug loses. A guess."""
 
 FaultNow = Callable[[], Fault | None]
@@ -40,7 +40,7 @@ def failing(sensor: AnalogSensor | I2CDevice, fault: FaultNow, random: Random) -
 
 def _gone(fault: Fault | None, random: Random) -> bool:
     """Return whether the plug makes no contact now."""
-    return fault == "unplugged" or (fault == "error" and random.random() < LOOSE_SHARE)
+    return fault == "unplugged" or (fault == "error" and random.random() < LOST_SHARE)
 
 
 class FailingAnalog:

@@ -22,7 +22,7 @@ PASS_S = 0.001
 QUIET_PASS_S = 0.01
 """Length of turns without telegrams; arriving data ends them at once."""
 
-TALK_MS = 200
+REPLY_WINDOW_MS = 200
 """Time after a telegram during which the brick may still reply."""
 
 EARLY_MS = 0.01
@@ -154,7 +154,7 @@ class RealTimeServer:
         """Run one turn: advance the simulation, accept telegrams, send replies and frames."""
         self._advance()
         if self._switchboard.take():
-            self._talk_until_ms = self._simulation.now_ms + TALK_MS
+            self._talk_until_ms = self._simulation.now_ms + REPLY_WINDOW_MS
         self._switchboard.send_replies()
         self._film()
 

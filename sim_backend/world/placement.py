@@ -12,7 +12,7 @@ from sim_backend.world.sensor_tables import Patch
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
 
-SLACK_MM = 1.0
+OVERLAP_TOLERANCE_MM = 1.0
 """Objects may overlap by this much; they touch."""
 
 
@@ -89,7 +89,7 @@ def misplaced(world: WorldFile) -> Iterator[str]:
     yield from _misplaced_robot(world, solid)
     for index, wall in enumerate(world.walls):
         for key, end in (("from_mm", wall.from_mm), ("to_mm", wall.to_mm)):
-            if _out_mm(world, end) > SLACK_MM:
+            if _out_mm(world, end) > OVERLAP_TOLERANCE_MM:
                 yield f"walls[{index}].{key}: {_place(end)} is outside the floor; end the wall at the room's edge"
     for index, picture in enumerate(world.pictures):
         yield from _misplaced_picture(world, f"pictures[{index}].at_mm", picture, solid)
@@ -101,10 +101,10 @@ def _misplaced_robot(world: WorldFile, solid: list[Outline]) -> Iterator[str]:
         return  # reported as outside the floor
     around = f"it needs {robot.radius_mm:g} mm around it"
     for outline in solid:
-        if outline.distance_mm(robot.start_mm) < robot.radius_mm - SLACK_MM:
+        if outline.distance_mm(robot.start_mm) < robot.radius_mm - OVERLAP_TOLERANCE_MM:
             yield f"robot.start_mm: the robot stands in {outline.what}; {around}"
     (x, y), (width, depth) = robot.start_mm, world.floor.size_mm
-    if min(x, y, width - x, depth - y) < robot.radius_mm - SLACK_MM:
+    if min(x, y, width - x, depth - y) < robot.radius_mm - OVERLAP_TOLERANCE_MM:
         yield f"robot.start_mm: the robot stands in the wall of the room; {around}"
 
 
@@ -122,13 +122,13 @@ def _misplaced_picture(world: WorldFile, path: str, picture: Picture, solid: lis
                 f"{path}: {picture.name!r} is inside {outline.what}, where it cannot be seen; put it in front, "
                 f"or above with a larger centre_height_mm"
             )
-    if board.distance_mm(world.robot.start_mm) < world.robot.radius_mm - SLACK_MM:
+    if board.distance_mm(world.robot.start_mm) < world.robot.radius_mm - OVERLAP_TOLERANCE_MM:
         yield f"{path}: {picture.name!r} stands where the robot starts; keep {world.robot.radius_mm:g} mm from it"
 
 
 def _sticking_out(world: WorldFile, path: str, outline: Outline) -> Iterator[str]:
     out_mm = max(_out_mm(world, corner) for corner in outline.points(1.0))
-    if out_mm > SLACK_MM and _out_mm(world, outline.at_mm) == 0.0:  # else reported as outside the floor
+    if out_mm > OVERLAP_TOLERANCE_MM and _out_mm(world, outline.at_mm) == 0.0:  # else reported as outside the floor
         yield f"{path}: {outline.what} sticks out of the room by {out_mm:.0f} mm; move it inwards"
 
 

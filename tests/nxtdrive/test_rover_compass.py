@@ -12,7 +12,7 @@ from behaviors.ports import Pose
 from firmware_protocol.errors import BrickError, LocalProtocolError
 from nxtdrive.mission.body import build_rover
 from nxtdrive.mission.files import read_mission_file
-from nxtdrive.motion.compass_correction import READING_DEG, VEER_DEG_PER_M, CompassFilter
+from nxtdrive.motion.compass_correction import MAX_DRIFT_DEG_PER_M, READING_DEG, CompassFilter
 from nxtdrive.motion.odometry import OdometryDelta
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.devices.digital import Compass
@@ -154,7 +154,7 @@ def test_a_jump_leaves_the_heading_alone_and_agreement_mends_it():
     heading = CompassFilter()
     heading.correction_deg(100, 0, OdometryDelta())
     way = OdometryDelta(500, 0, 0, 500)
-    bent = READING_DEG + VEER_DEG_PER_M * 0.5 + 5
+    bent = READING_DEG + MAX_DRIFT_DEG_PER_M * 0.5 + 5
     assert heading.correction_deg(100 + bent, 0, way) == 0
     assert heading.correction_deg(100 + bent + 82, 90, OdometryDelta(0, 0, 90, 0)) == pytest.approx(-8)
     assert heading.correction_deg(100 + 82, 82 + 10, OdometryDelta(0, 500, 0, 500)) == pytest.approx(-10, abs=3)

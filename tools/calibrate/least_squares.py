@@ -13,7 +13,7 @@ Residuals = Callable[[Array], Array]
 
 STEPS = 60
 """Steps at most; a fit that needs more has not found the minimum."""
-ENOUGH = 1e-5
+CONVERGENCE_TOLERANCE = 1e-5
 """A step that lowers the cost by less than this share of it is the last, unless it was damped."""
 DAMPING, HARDER, EASIER, UNDAMPED = 1e-4, 10.0, 0.1, 1e-8
 """Damping of the first step, its factors after a step that failed and one that helped, and the value that counts as
@@ -71,7 +71,7 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
         gained, cost, undamped = (cost - tried_cost) / cost, tried_cost, damping <= UNDAMPED
         values, errors, damping = values + step, tried, max(damping * EASIER, UNDAMPED / 10)
         sharper = _spread(errors)
-        if gained < ENOUGH and undamped and sharper > 0.99 * sigma:
+        if gained < CONVERGENCE_TOLERANCE and undamped and sharper > 0.99 * sigma:
             converged = True
             break
         sigma = sharper

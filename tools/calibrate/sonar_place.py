@@ -16,13 +16,13 @@ STRAIGHT_DEG = 8.0
 """Echoes count only when the robot faces the wall this well: then the whole beam hits it at about the same distance."""
 MIN_ECHOES = 20
 """Echoes that an estimate needs."""
-ASLANT_DEG = 35.0
+MAX_ANGLE_DEG = 35.0
 """At larger angles the echo may be of another wall."""
 BEYOND_DEG = 4.0
 """The beam's edge is known when there are enough echoes from beyond it, by this at least."""
-HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
+HALF_ANGLES_DEG = np.arange(2.0, MAX_ANGLE_DEG, 0.25)
 """Half angles of the beam that are tried."""
-WHOLE_MM = 10.0
+RESOLUTION_MM = 10.0
 """The sensor gives whole centimetres; how it rounds is not known."""
 NOISIEST_MM = 50.0
 """Echoes that scatter more do not follow the wall's distance: the sensor is stuck, or other things reflect."""
@@ -110,7 +110,7 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
         raise CalibrationRefused(
             f"the sonar's echoes scatter by {noise:.0f} mm round the wall's distance.", remedy=REMEDY
         )
-    error = math.hypot(1.25 * noise / math.sqrt(echoes), WHOLE_MM / math.sqrt(12))
+    error = math.hypot(1.25 * noise / math.sqrt(echoes), RESOLUTION_MM / math.sqrt(12))
     upright_mm = wall_mm - middle * np.cos(off)
     cone_deg = _cone(np.degrees(np.abs(off)), upright_mm, ranges, noise)
     return SonarEstimate(middle, error, noise, echoes, cone_deg, scale)
@@ -124,7 +124,7 @@ def _scale(wall_mm: Array, ranges: Array) -> float | None:
     for _ in range(3):
         slope, start = np.polyfit(wall_mm[used], ranges[used], 1)
         off_mm = np.abs(ranges - slope * wall_mm - start)
-        used = off_mm <= max(WHOLE_MM, OUTLIER * 1.4826 * float(np.median(off_mm)))
+        used = off_mm <= max(RESOLUTION_MM, OUTLIER * 1.4826 * float(np.median(off_mm)))
     return float(slope)
 
 
@@ -134,14 +134,14 @@ def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> 
     While part of the beam meets the wall at a right angle, the range stays the same as the robot turns; beyond, the
     edge of the beam is nearest to the wall, and the range grows.
     """
-    used = off_deg < ASLANT_DEG
+    used = off_deg < MAX_ANGLE_DEG
     off_deg, upright_mm, ranges = off_deg[used], upright_mm[used], ranges[used]
-    aside = np.radians(np.maximum(0.0, off_deg - HALVES_DEG[:, None]))
+    aside = np.radians(np.maximum(0.0, off_deg - HALF_ANGLES_DEG[:, None]))
     losses = np.minimum(np.abs(ranges - upright_mm / np.cos(aside)) / noise_mm, OUTLIER)
-    half = float(HALVES_DEG[losses.sum(axis=1).argmin()])
+    half = float(HALF_ANGLES_DEG[losses.sum(axis=1).argmin()])
     if (off_deg > half + BEYOND_DEG).sum() < MIN_ECHOES:
         return None
     group = np.arange(len(off_deg)) % GROUPS
-    others = [float(HALVES_DEG[losses[:, group != each].sum(axis=1).argmin()]) for each in range(GROUPS)]
+    others = [float(HALF_ANGLES_DEG[losses[:, group != each].sum(axis=1).argmin()]) for each in range(GROUPS)]
     error = math.sqrt((GROUPS - 1) / GROUPS * sum((each - half) ** 2 for each in others))
     return 2 * half, math.hypot(2 * error, UNEVEN_DEG)

@@ -25,7 +25,7 @@ from .truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSam
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this count as made in the same place."""
-AFTER_IT_S = 1.0
+MOVED_DURING_PURSUIT_S = 1.0
 """A picture that moved at most this long ago was being pursued when it moved."""
 
 
@@ -149,7 +149,7 @@ def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
             continue
         if not disturbance.blocker:
             # a picture that moved before its pursuit began is simply elsewhere
-            return sample.time_s if sample.time_s - disturbance.time_s < AFTER_IT_S else None
+            return sample.time_s if sample.time_s - disturbance.time_s < MOVED_DURING_PURSUIT_S else None
         if disturbance.blocker in _in_the_way(sample.pose[:2], sample, goal):
             return sample.time_s
     return None

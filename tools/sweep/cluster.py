@@ -33,9 +33,9 @@ GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 """A scheduler sends first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
 PACKAGES = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
-INGREDIENTS = (".json", ".py", ".toml", ".png")
+RESULT_SUFFIXES = (".json", ".py", ".toml", ".png")
 """Results depend on the files of `PACKAGES` with these extensions."""
-GO_ON = "What is done is in the file: continue with --resume."
+RESUME_REMEDY = "What is done is in the file: continue with --resume."
 
 T = TypeVar("T")
 
@@ -131,12 +131,12 @@ class Cluster(Executor):
             ours.set_exception(error if isinstance(error, ConfigError) else self._failed(error))
 
     def _failed(self, error: BaseException) -> ConfigError:
-        return ConfigError(f"the cluster at {self._address} failed ({error}).", remedy=GO_ON)
+        return ConfigError(f"the cluster at {self._address} failed ({error}).", remedy=RESUME_REMEDY)
 
     def _without_workers(self) -> ConfigError:
         return ConfigError(
             f"the cluster at {self._address} has had no worker for {self._workers_timeout_s:.0f} s.",
-            remedy=f"Start some: dask worker {self._address} --nworkers auto --nthreads 1. {GO_ON}",
+            remedy=f"Start some: dask worker {self._address} --nworkers auto --nthreads 1. {RESUME_REMEDY}",
         )
 
 
@@ -149,7 +149,7 @@ def installed() -> InstalledVersion:
         root = Path(import_module(package).__path__[0])
         for path in root.rglob("*"):
             name = path.relative_to(root).as_posix()
-            if path.suffix in INGREDIENTS and not name.startswith("dev/"):  # tools/dev is in checkouts only
+            if path.suffix in RESULT_SUFFIXES and not name.startswith("dev/"):  # tools/dev is in checkouts only
                 files[f"{package.replace('.', '/')}/{name}"] = path
     return InstalledVersion(nxtdrive.__version__, digest_of(files))
 

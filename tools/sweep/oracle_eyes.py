@@ -39,7 +39,7 @@ TURNS = 9
 """It returns to a target at most this often."""
 LEG_MM = 1500.0
 """It plans again after this distance: the map is known."""
-THERE_MM = 150.0
+ARRIVED_MM = 150.0
 """A path to a place ends this near to it."""
 
 
@@ -184,4 +184,4 @@ class ScanPositions:
 
 def _spot(place: Point) -> Goal:
     """Return a goal that any path to a place reaches."""
-    return Goal("", place, 0.0, reach_mm=THERE_MM, reach_deg=180.0)
+    return Goal("", place, 0.0, reach_mm=ARRIVED_MM, reach_deg=180.0)

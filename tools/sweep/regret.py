@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .summary import Estimate, estimate
 
-NEARLY_S = 3.0
+EQUIVALENT_S = 3.0
 """A choice within this of the best is as good."""
 
 
@@ -60,4 +60,4 @@ def over_missions(regrets_s: Sequence[Sequence[float]]) -> tuple[Estimate, Estim
         regrets_s: For each mission those of its decisions.
     """
     mean = estimate([(sum(each), len(each)) for each in regrets_s])
-    return mean, estimate([(sum(value <= NEARLY_S for value in each), len(each)) for each in regrets_s])
+    return mean, estimate([(sum(value <= EQUIVALENT_S for value in each), len(each)) for each in regrets_s])

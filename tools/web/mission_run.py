@@ -33,7 +33,7 @@ from .true_room import TrueRoom
 
 MAP_EVERY_S = 1.0
 """Minimum time between two maps, by the robot's clock."""
-SURE = 2.0
+CERTAIN_EVIDENCE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
 WAITING = {"select": "waiting for your choice"}
 """States that last only while an operator is asked."""
@@ -258,7 +258,7 @@ class ShownMission:
             return
         world = self._profile.world
         show = partial(self._hub.show_image, number=0, time_s=record.time_s)
-        show(GRID, encoded=layer(world.floor.log_odds, -SURE, SURE))
+        show(GRID, encoded=layer(world.floor.log_odds, -CERTAIN_EVIDENCE, CERTAIN_EVIDENCE))
         chances = world.targets.beliefs[record.target].by_place()
         show(BELIEF, encoded=layer(chances, 0.0, max(float(chances.max()), 1e-9)))
 

@@ -26,7 +26,7 @@ FILES = (MAP, JOURNAL, SUMMARY)
 """Files of a run that may be downloaded, besides its pictures."""
 
 MAX_SUMMARY_BYTES = 1_000_000
-GROWS_S = 10.0
+ACTIVE_RUN_S = 10.0
 """A journal that was written to less than this time ago, as by `nxtdrive run` in a terminal, is of a run under way."""
 
 
@@ -111,7 +111,7 @@ class Runs:
 
     def _grows(self, path: Path) -> bool:
         """Return whether a program still writes a run."""
-        is_recent = self._now() - changed_s(path / JOURNAL) < GROWS_S
+        is_recent = self._now() - changed_s(path / JOURNAL) < ACTIVE_RUN_S
         return is_recent and not os.path.lexists(path / SUMMARY)
 
 

@@ -41,7 +41,7 @@ EXAMPLES = """\
 
 BRICK = "brick"
 """Topic of findings about the brick as a whole."""
-MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Continue?"
+MOTOR_QUESTION = "Motors will turn a little. Lift the robot or clear the floor. Continue?"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -211,7 +211,7 @@ def _wiggle(brick: Brick, mission: Mission, *, agreed: bool) -> Iterator[Finding
     if program := brick.programs.running:
         yield warning("wiggle", f"skipped: {program} is running on the brick.", "Stop it: nxtdrive program stop")
         return
-    if not agreed and not (can_ask() and agrees(MAY_TURN)):
+    if not agreed and not (can_ask() and agrees(MOTOR_QUESTION)):
         yield warning("wiggle", "skipped: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
         return
     yield from brick_checks.wiggle(brick, mission)

@@ -42,7 +42,7 @@ Show = Callable[[str, "DecisionCosts"], None]
 FUTURES, MAX_FUTURES = 6, 1000
 """Their default number for each candidate, and the largest, which takes days."""
 NEARLY = "within 3 s of the best"
-KEEPING = "Free space for the run folder, or make it writable."
+STORAGE_REMEDY = "Free space for the run folder, or make it writable."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -144,10 +144,10 @@ def _examined(
     from nxtdrive.tools.sweep.what_if_result import examine, keep
 
     if isinstance(source, RecordedRun):
-        check_writable(source.path / WHAT_IF, KEEPING)
+        check_writable(source.path / WHAT_IF, STORAGE_REMEDY)
     for each in examine(name, source, request, workers, lambda text: write_error(text, sender="")):
         if isinstance(source, RecordedRun):
-            with writing(source.path, KEEPING):
+            with writing(source.path, STORAGE_REMEDY):
                 keep(source.path, name, each)
         if show:
             show(name, each)

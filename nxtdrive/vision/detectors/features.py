@@ -38,7 +38,7 @@ MIN_HEIGHT_PX = 20
 """Minimum height of either side of the picture in the frame."""
 STRAIGHT_HEIGHT = 40
 """Height in pixels at which the rectified picture is compared."""
-SURE = 0.4
+MIN_COLOR_CORRELATION = 0.4
 """Minimum colour correlation of the rectified picture: low, because a third of it may be covered."""
 
 
@@ -85,7 +85,7 @@ class FeatureMatcher:
         if not _plausible(corners, self._ratio):
             return []
         score = self._resemblance(image, corners)
-        if score < SURE:
+        if score < MIN_COLOR_CORRELATION:
             return []
         quad = quad_of(corners)
         return [Detection(box_of(quad), min(1.0, score), quad)]

@@ -22,7 +22,7 @@ OPEN_SIZE = 416
 MULTIPLE = 32
 """All layouts need a multiple of this."""
 
-STRETCHED = ("detr", "detr-post", "boxes")
+STRETCHING_LAYOUTS = ("detr", "detr-post", "boxes")
 """Layouts whose models get the frame stretched to their size."""
 
 MIN_FACE, FACES_OVERLAP = 0.05, 0.3
@@ -107,7 +107,7 @@ class OnnxModel:
             return self._places(image)
 
     def _places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
-        small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.name in STRETCHED)
+        small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.name in STRETCHING_LAYOUTS)
         size = small.shape[1], small.shape[0]
         if self._faces is not None:
             found = _find_faces(self._faces, small)

@@ -25,7 +25,7 @@ PRINTS = ("lena", "rilakkuma", "fox", "landscape", "sunset", "logo")
 PRINT_MM = (210.0, 297.0)
 FAULTY = 0.25
 """Share of the missions with a fault of the link."""
-CALM = 0.4
+EASY_ROOM_SHARE = 0.4
 """Share of the rooms with little in the way, so that targets are reached."""
 TELEGRAMS = 1500
 """Roughly the number of telegrams of a mission."""
@@ -104,7 +104,7 @@ class _World:
 
     def __init__(self, random: Random) -> None:
         self.random = random
-        self.calm = random.random() < CALM
+        self.calm = random.random() < EASY_ROOM_SHARE
         self.share = 0.0 if self.calm else random.choice((0.0, 0.03, 0.1, 0.3))
         self.size = (round(random.uniform(1200, 5000)), round(random.uniform(1200, 5000)))
         self.prints = random.sample(PRINTS, random.randint(1, 4))

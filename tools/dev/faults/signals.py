@@ -28,7 +28,7 @@ from .campaign import Campaign, Tally, Violation
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LATEST_S = 5.0
 """The signal arrives at a random moment up to this time after the start; commands begin their work after 1 to 2 s."""
-AGAIN_S = 0.1
+SECOND_SIGNAL_S = 0.1
 """Every other signal is sent twice, as when a terminal is closed; the second arrives while the program is ending."""
 LIMIT_S = 40.0
 """A process that has not ended by then counts as hanging."""
@@ -228,7 +228,7 @@ def trials(seed: int, numbers: range) -> Tally:
             name, case = names[number % len(names)], cases[number]
             random = Random(f"{seed}:{number}")  # noqa: S311 - repeatable
             kind, after_s = random.choice(SIGNALS), random.uniform(0.0, LATEST_S)
-            moments_s = [after_s, after_s + AGAIN_S][: random.randint(1, 2)]
+            moments_s = [after_s, after_s + SECOND_SIGNAL_S][: random.randint(1, 2)]
             with tempfile.TemporaryDirectory() as folder:
                 nxt, camera = (served.nxt, served.camera) if served else ("", "")
                 words = [word.format(nxt=nxt, camera=camera) for word in case.words]
