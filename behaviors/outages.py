@@ -79,14 +79,14 @@ class OutageSupervisor:
         """
         if isinstance(outage, Paused):
             self._context.report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
-            self._context.report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._stand()}))
+            self._context.report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._hold_still()}))
             return
         part, begun_s = part_of(outage), self._clock.now()
         self._context.report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept, noted_s = True, -math.inf
         while not self._works_again(part):
             if self._pause.wanted:
-                begun_s += self._stand()
+                begun_s += self._hold_still()
             self._pause.check_end()
             self._context.check_time()
             now_s = self._clock.now()
@@ -107,7 +107,7 @@ class OutageSupervisor:
         silent_s = self._clock.now() - begun_s
         self._context.report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
-    def _stand(self) -> float:
+    def _hold_still(self) -> float:
         """Keep the robot at rest and switched on until the pause ends; return how long that took.
 
         Raises:

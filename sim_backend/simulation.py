@@ -114,7 +114,7 @@ class Simulation:
         self._rest_mv = battery_mv
         self._supply(battery_mv)
 
-    def _sag(self) -> None:
+    def _lower_voltage(self) -> None:
         """Lower the voltage by the charge used and by the current that the motors draw now."""
         robot = self._world.file.robot
         used_mv = robot.battery_drain_mv_per_min * self._now_ms / 60_000
@@ -178,7 +178,7 @@ class Simulation:
             if now_ms == step_ms:
                 world.step()
                 if self._sags and now_ms % SAG_MS == 0:
-                    self._sag()
+                    self._lower_voltage()
                 if now_ms >= self.webcam.next_frame_ms:
                     self.webcam.expose()
 

@@ -205,7 +205,7 @@ class ApproachSkill:
         seen = self._arrival.seen
         known_mm = self._arrival.farthest_mm(seen, observation.time_s) if seen else distance_mm
         if known_mm <= self._arrival.stop_mm:
-            return self._stand(observation, bearing_deg)
+            return self._verify_at_rest(observation, bearing_deg)
         if self._arrival.stands:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         self._arrival.move_off()
@@ -240,7 +240,7 @@ class ApproachSkill:
         retreat.call()
         return failure
 
-    def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
+    def _verify_at_rest(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Stand near enough and look until it is clear whether this is the target."""
         perception = self._perception
         if abs(bearing_deg) > ARRIVAL.ahead_deg:

@@ -93,7 +93,7 @@ class Parser(argparse.ArgumentParser):
             known = [str(choice) for choice in action.choices]
             hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
             option = self._option_before(value)
-            if isinstance(action, argparse._SubParsersAction) and _some_has(action.choices.values(), option):
+            if isinstance(action, argparse._SubParsersAction) and _any_has_option(action.choices.values(), option):
                 hint = f" (choose from {', '.join(known)}). Give {option} after the {action.metavar}"
             if "run" in known and str(value).endswith(".toml"):
                 hint = f". Did you mean `{self.prog} run {value}`?"
@@ -109,7 +109,7 @@ class Parser(argparse.ArgumentParser):
         super().error(f"{message}\nSee `{self.prog} --help`.")
 
 
-def _some_has(parsers: Iterable[argparse.ArgumentParser], option: str) -> bool:
+def _any_has_option(parsers: Iterable[argparse.ArgumentParser], option: str) -> bool:
     return any(option in parser._option_string_actions for parser in parsers)
 
 

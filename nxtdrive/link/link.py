@@ -134,7 +134,7 @@ class Link:
                     except RuntimeError:
                         pass
                     if self._queue:
-                        self._lock.call_next()
+                        self._lock.wake_next()
             except LinkLost as lost:
                 lost_s = min(lost_s, self.now())
                 self._reconnector.recover(lost, self.reconnect_timeout_s, command, lost_s)

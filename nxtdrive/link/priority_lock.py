@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
 """Commands that drive motors; they go before other waiting commands."""
 SLICE_S = 0.1
-"""A waiting thread checks this often whether it is next, as an interrupted thread may not have called it."""
+"""A waiting thread checks this often whether it is next, as an interrupted thread may not have woken it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -33,12 +33,12 @@ class _Waiter:
     """A waiting thread; the one of the smallest rank is next.
 
     Attributes:
-        rank: 0 for a called thread, 1 for a preempting one, 2 for others; and a number.
-        called: Set to wake the thread.
+        rank: 0 for a woken thread, 1 for a preempting one, 2 for others; and a number.
+        woken: Set to wake the thread.
     """
 
     rank: tuple[int, int]
-    called: threading.Event = field(default_factory=threading.Event)
+    woken: threading.Event = field(default_factory=threading.Event)
 
 
 _RANK = attrgetter("rank")
@@ -84,7 +84,7 @@ class PriorityLock:
             except RuntimeError:  # it was not acquired
                 pass
             if self.queue:
-                self.call_next()
+                self.wake_next()
 
     def wait(self, *, preempting: bool, timeout_s: float | None) -> None:
         """Wait in the queue, and acquire the lock.
@@ -97,13 +97,13 @@ class PriorityLock:
         try:
             self.queue.append(waiter)
             while True:
-                waiter.called.clear()
+                waiter.woken.clear()
                 if min(self.queue, key=_RANK) is waiter and self.free.acquire(False):
                     return
                 left = end - self._threads.now()
                 if left <= 0:
                     break
-                self._threads.wait(waiter.called, min(left, SLICE_S))
+                self._threads.wait(waiter.woken, min(left, SLICE_S))
         finally:
             try:  # noqa: SIM105 - as in `exclusive`
                 self.queue.remove(waiter)
@@ -114,9 +114,9 @@ class PriorityLock:
             remedy="Ask less often, or allow more time.",
         )
 
-    def call_next(self) -> None:
+    def wake_next(self) -> None:
         """Wake the first thread in the queue; no other overtakes it from now on."""
         first = min(self.queue, key=_RANK, default=None)
         if first is not None:
             first.rank = 0, 0
-            first.called.set()
+            first.woken.set()

@@ -117,7 +117,7 @@ class ObstacleMonitor:
         self._pressed = bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
         return self._pressed
 
-    def clear_to_go(self, pose: Pose) -> StopReason | None:
+    def check_start(self, pose: Pose) -> StopReason | None:
         """Read both sensors before a motion; return the reason not to begin it, or None."""
         if not self._settings.enabled:
             return None

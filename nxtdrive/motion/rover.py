@@ -328,7 +328,7 @@ class Rover:
         begin, begin_mm = self.pose(), self._odometry.distance_mm
         for lease in self._leases:
             lease.release()
-        if guarded and (reason := self._monitor.clear_to_go(begin)) is not None:
+        if guarded and (reason := self._monitor.check_start(begin)) is not None:
             brake_all(self._leases)
             return MotionResult(reason, 0.0, 0.0)
         self._driving = False

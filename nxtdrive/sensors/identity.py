@@ -48,11 +48,11 @@ def identify(link: Link, port: SensorPort) -> Identity | None:
         version, vendor, product = (_text(sensor, register) for register in (_VERSION, _VENDOR, _PRODUCT))
     except BrickError as error:
         _no_answer(error)
-        return _silent_ones(link, port)
+        return _without_identity(link, port)
     return Identity(version, vendor, product, _KINDS.get((vendor, product), "i2c"))
 
 
-def _silent_ones(link: Link, port: SensorPort) -> Identity | None:
+def _without_identity(link: Link, port: SensorPort) -> Identity | None:
     """Look for LEGO's temperature sensor, which has another address and no name."""
     try:
         I2CSensor(link, port, Temperature.address).read(1, 1)

@@ -41,7 +41,7 @@ class ReplayTransport:
     def __init__(self, trace: Trace, address: str) -> None:
         self.address, self.max_telegram = address, trace.max_telegram
         self._command = trace.command
-        self._entries = list(_worth_replaying(trace.entries))
+        self._entries = list(_replayable(trace.entries))
         self._next = 0
         self._now_s = 0.0
         self._open = True
@@ -163,7 +163,7 @@ class ReplayTransport:
         )
 
 
-def _worth_replaying(entries: Iterable[Entry]) -> Iterator[Entry]:
+def _replayable(entries: Iterable[Entry]) -> Iterator[Entry]:
     """Yield the entries without keep-alives; of one that failed, the error remains."""
     for entry in entries:
         if entry.telegram != HOUSEKEEPING:

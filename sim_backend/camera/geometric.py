@@ -238,11 +238,11 @@ class GeometricSensor:
             free &= ~_covered(points, panel, panels, viewpoint)
         if not free.any():
             return None
-        right, depth = in_level_frame(*panel.center_mm, viewpoint)
+        right, depth = in_level_frame(*panel.centre_mm, viewpoint)
         focal, distance = self.pinhole.focal_px, math.hypot(right, depth)
         # distance from the lens to the picture's plane over distance to its centre: cosine of the slant
         cosine = (right1 * depth0 - right0 * depth1) / (panel.width_mm * distance)
-        ends = (in_camera_frame(*panel.center_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
+        ends = (in_camera_frame(*panel.centre_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
         upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
         height_px = math.dist(upper, lower)
         turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._shutter_s))
@@ -297,7 +297,7 @@ class GeometricSensor:
 
 def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Point]:
     """Return the corners of a panel scaled about its centre: x, y, height; in the order of `Quad`."""
-    (x, y), height = panel.center_mm, (panel.top_mm + panel.bottom_mm) / 2
+    (x, y), height = panel.centre_mm, (panel.top_mm + panel.bottom_mm) / 2
     dx, dy = (panel.x1_mm - panel.x0_mm) / 2 * scale, (panel.y1_mm - panel.y0_mm) / 2 * scale
     rise = (panel.top_mm - panel.bottom_mm) / 2 * scale
     left, right = (x - dx, y - dy), (x + dx, y + dy)

@@ -102,17 +102,17 @@ class CameraWarp:
 
     def _maps(self, rays: Matrix) -> Maps:
         """Return columns and rows of the window for each pixel of the frame."""
-        center_u, center_v = self.window.center_px
+        centre_u, centre_v = self.window.centre_px
         scale = self.window.focal_px / np.maximum(rays[..., 2], 0.05)
-        columns, rows = rays[..., 0] * scale + center_u, rays[..., 1] * scale + center_v
+        columns, rows = rays[..., 0] * scale + centre_u, rays[..., 1] * scale + centre_v
         return columns.astype(np.float32), rows.astype(np.float32)
 
 
 def _rays(camera: Pinhole, optics: Optics, turn: Matrix) -> Matrix:
     """Return the rays of all pixels, (height, width, 3), along the axes of a level camera: right, down, forward."""
-    center_u, center_v = camera.center_px
-    columns = (np.arange(camera.width) - center_u) / camera.focal_px
-    rows = (np.arange(camera.height) - center_v) / camera.focal_px
+    centre_u, centre_v = camera.centre_px
+    columns = (np.arange(camera.width) - centre_u) / camera.focal_px
+    rows = (np.arange(camera.height) - centre_v) / camera.focal_px
     x, y = np.meshgrid(columns, rows)
     shown = np.hypot(x, y)
     real = shown.copy()

@@ -34,7 +34,7 @@ class Pinhole:
         return self.width / 2 / math.tan(math.radians(self.hfov_deg / 2))
 
     @property
-    def center_px(self) -> tuple[float, float]:
+    def centre_px(self) -> tuple[float, float]:
         """Image point of the optical axis: column, row."""
         return (self.width - 1) / 2, (self.height - 1) / 2
 
@@ -47,13 +47,13 @@ class ImagePlane:
         width: Width in pixels.
         height: Height in pixels.
         focal_px: Focal length in pixels.
-        center_px: Image point of the optical axis: column, row; it may lie outside the window.
+        centre_px: Image point of the optical axis: column, row; it may lie outside the window.
     """
 
     width: int
     height: int
     focal_px: float
-    center_px: tuple[float, float]
+    centre_px: tuple[float, float]
 
 
 def orientation(tilt_deg: float, roll_deg: float) -> Matrix:

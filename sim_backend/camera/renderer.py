@@ -98,7 +98,7 @@ class Renderer:
         self._textures = textures
         self._floor = textures[floor]
         self._empty = np.full((camera.height, camera.width, 3), background, np.uint8)
-        self._column_rays = (np.arange(camera.width) - camera.center_px[0]) / camera.focal_px
+        self._column_rays = (np.arange(camera.width) - camera.centre_px[0]) / camera.focal_px
         self._rows = np.arange(camera.height, dtype=np.float32)[:, None]
 
     def render(self, panels: Iterable[Panel], viewpoint: Viewpoint) -> Image:
@@ -122,8 +122,8 @@ class Renderer:
         area = right1 * depth0 - right0 * depth1
         if abs(area) < 1e-6 * panel.width_mm or max(depth0, depth1) <= NEAR_MM:
             return None
-        focal, (center_u, center_v) = camera.focal_px, camera.center_px
-        us = [center_u + focal * right / depth for right, depth in _clipped(ends)]
+        focal, (centre_u, centre_v) = camera.focal_px, camera.centre_px
+        us = [centre_u + focal * right / depth for right, depth in _clipped(ends)]
         first, past = max(0, math.ceil(min(us))), min(camera.width, math.ceil(max(us)))
         if first >= past:
             return None
@@ -133,12 +133,12 @@ class Renderer:
         lower = viewpoint.height_mm - panel.bottom_mm
         to_image = np.array(
             [
-                [focal * along_right + center_u * along_depth, 0.0, focal * right0 + center_u * depth0],
-                [center_v * along_depth, focal * (lower - upper), focal * upper + center_v * depth0],
+                [focal * along_right + centre_u * along_depth, 0.0, focal * right0 + centre_u * depth0],
+                [centre_v * along_depth, focal * (lower - upper), focal * upper + centre_v * depth0],
                 [along_depth, 0.0, depth0],
             ]
         )
-        edges = (center_v + focal * upper * inverse_depth, center_v + focal * lower * inverse_depth)
+        edges = (centre_v + focal * upper * inverse_depth, centre_v + focal * lower * inverse_depth)
         with np.errstate(divide="ignore"):
             widths = 1.0 / (focal * abs(area) * inverse_depth**2)
         return Facet(panel, to_image, (first, past), inverse_depth, edges, widths, area > 0.0)
@@ -181,8 +181,8 @@ class Renderer:
     def _draw_floor(self, viewpoint: Viewpoint, image: Image, nearest: NDArray[np.float32]) -> None:
         """Paint the floor in pixels without a panel."""
         camera, texture = self.camera, self._floor
-        focal, (center_u, center_v) = camera.focal_px, camera.center_px
-        horizon = max(0, math.floor(center_v) + 1)
+        focal, (centre_u, centre_v) = camera.focal_px, camera.centre_px
+        horizon = max(0, math.floor(centre_v) + 1)
         if horizon >= camera.height:
             return
         visible = nearest[horizon:] == 0.0
@@ -194,9 +194,9 @@ class Renderer:
         depth = np.array([cos, sin, -viewpoint.x_mm * cos - viewpoint.y_mm * sin])
         right = np.array([-sin, cos, viewpoint.x_mm * sin - viewpoint.y_mm * cos])
         drop = np.array([0.0, 0.0, viewpoint.height_mm])
-        to_image = np.array([focal * right + center_u * depth, focal * drop + center_v * depth, depth])
+        to_image = np.array([focal * right + centre_u * depth, focal * drop + centre_v * depth, depth])
         tile = texture.tile_mm or 1000.0
-        depths = focal * viewpoint.height_mm / (np.arange(horizon, camera.height) - center_v)
+        depths = focal * viewpoint.height_mm / (np.arange(horizon, camera.height) - centre_v)
         # floor texels are foreshortened along the view; use the geometric mean of both directions
         texels = texture.width / tile * depths / focal * np.sqrt(depths / viewpoint.height_mm)
         surface = Surface(texture, to_image, (1.0 / tile, 1.0 / tile), 1.0)

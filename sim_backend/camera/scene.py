@@ -83,7 +83,7 @@ class Panel:
         return (self.x0_mm, self.y0_mm), (self.x1_mm, self.y1_mm)
 
     @property
-    def center_mm(self) -> tuple[float, float]:
+    def centre_mm(self) -> tuple[float, float]:
         """Middle of the foot line on the map."""
         return (self.x0_mm + self.x1_mm) / 2, (self.y0_mm + self.y1_mm) / 2
 

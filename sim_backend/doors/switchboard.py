@@ -101,7 +101,7 @@ class Switchboard:
                     session.client.send(reply)
             except ConnectionError:
                 session.client.disconnect()
-        for session in [session for session in self._sessions if _over(session)]:
+        for session in [session for session in self._sessions if _has_ended(session)]:
             self._disconnect(session)
 
     def files(self) -> list[int]:
@@ -158,5 +158,5 @@ class Switchboard:
         self._on_event(session.report("disconnected"))
 
 
-def _over(session: _Session) -> bool:
+def _has_ended(session: _Session) -> bool:
     return session.client.closed or (session.client.at_end and not session.link.under_way)

@@ -244,7 +244,7 @@ class FloorPlan:
         if not cells:
             return None
         points = [start, *(grid.middle(cell) for cell in cells)]
-        return Path(_taut(self, points, radius_mm + inflation_mm))
+        return Path(_shortened(self, points, radius_mm + inflation_mm))
 
 
 class _Grid:
@@ -329,7 +329,7 @@ def _trace(before: dict[Cell, Cell], cell: Cell) -> list[Cell]:
     return cells[::-1]
 
 
-def _taut(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) -> tuple[Point, ...]:
+def _shortened(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) -> tuple[Point, ...]:
     """Remove needless corners from a path without giving up clearance."""
     taut, i = [points[0]], 0
     while i < len(points) - 1:

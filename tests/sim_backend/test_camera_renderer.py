@@ -182,7 +182,7 @@ def test_a_picture_faces_the_given_direction(facing_deg):
     step = 500.0 * math.cos(direction), 500.0 * math.sin(direction)
     assert panel.shows_front_to(300.0 + step[0], 400.0 + step[1])
     assert not panel.shows_front_to(300.0 - step[0], 400.0 - step[1])
-    assert panel.center_mm == pytest.approx((300.0, 400.0))
+    assert panel.centre_mm == pytest.approx((300.0, 400.0))
     assert panel.width_mm == pytest.approx(210.0)
 
 

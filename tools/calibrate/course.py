@@ -119,7 +119,7 @@ class Course:
         Raises:
             CalibrationRefused: It is not in view.
         """
-        return self._off(self._found())
+        return self._offset_share(self._found())
 
     def approaches(self) -> bool:
         """Drive a little forward and back, and return whether the sheet became larger on the way out."""
@@ -142,7 +142,7 @@ class Course:
 
     def _centre(self) -> None:
         """Turn until the sheet is in the middle of the frame."""
-        off = self._off(self._found())
+        off = self._offset_share(self._found())
         if abs(off) > MIDDLE:
             self._turn(SLOW_DEG_S if off > 0 else -SLOW_DEG_S, self._is_centred)
         self._rest()
@@ -162,7 +162,7 @@ class Course:
         def leaves(seen: Seen) -> bool:
             nonlocal whole
             whole = whole or seen.markers >= MARKERS_IN_VIEW
-            return -sign * self._off(seen) > EDGE or (whole and self._lacking >= FRAMES_TO_LEAVE)
+            return -sign * self._offset_share(seen) > EDGE or (whole and self._lacking >= FRAMES_TO_LEAVE)
 
         return leaves
 
@@ -172,7 +172,9 @@ class Course:
 
         def back(seen: Seen) -> bool:
             turned_deg = abs(self._rover.pose().heading_deg - begin_deg)
-            return turned_deg > AWAY_DEG and seen.markers >= MARKERS_IN_VIEW and sign * self._off(seen) < MIDDLE
+            return (
+                turned_deg > AWAY_DEG and seen.markers >= MARKERS_IN_VIEW and sign * self._offset_share(seen) < MIDDLE
+            )
 
         self._turn(FULL_TURN_DEG_S * sign, back, most_s=1.4 * 360 / FULL_TURN_DEG_S)
 
@@ -255,12 +257,12 @@ class Course:
         left, right = (sign * angle for sign, angle in zip(self._signs, reading.angles_deg, strict=True))
         self.track.counts.append((reading.time_s, left, right))
 
-    def _off(self, seen: Seen) -> float:
+    def _offset_share(self, seen: Seen) -> float:
         """Return how far right of the frame's middle the sheet is, as a share of the frame's width."""
         return float(seen.in_frame_px[:, 0].mean()) / self.track.size[0] - 0.5 if seen.markers else 0.0
 
     def _is_centred(self, seen: Seen) -> bool:
-        return seen.markers >= MARKERS_TO_LOCATE and abs(self._off(seen)) < MIDDLE
+        return seen.markers >= MARKERS_TO_LOCATE and abs(self._offset_share(seen)) < MIDDLE
 
     def _share(self, seen: Seen) -> float:
         """Return the sheet's width in the frame as a share of the frame's."""

@@ -110,7 +110,7 @@ class Anonymizer:
 
     def blank(self, request: bytes, reply: bytes) -> tuple[bytes, bytes]:
         """Return the reply with zeros in place of private bytes, and its mask, empty if there are none."""
-        places = set(_private_places(request, reply))
+        places = set(_private_offsets(request, reply))
         for secret in self._secrets:
             for found in re.finditer(re.escape(secret), reply):
                 places.update(range(*found.span()))
@@ -120,7 +120,7 @@ class Anonymizer:
         return blanked, bytes(0 if place in places else 0xFF for place in range(len(reply)))
 
 
-def _private_places(request: bytes, reply: bytes) -> Iterator[int]:
+def _private_offsets(request: bytes, reply: bytes) -> Iterator[int]:
     """Yield the offsets of private bytes in the reply, by the command."""
     command = command_of_telegram(request)
     if command is system.IOMapRead:

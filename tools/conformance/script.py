@@ -79,7 +79,7 @@ def read_script(path: Path, *, allow_writes: bool) -> list[Line]:
             note.append(words.lstrip("# "))
         elif words:
             line = _line(words, number, " ".join(note), f"{path}, line {number}")
-            if not allow_writes and (objection := _objection(line.telegram)):
+            if not allow_writes and (objection := _reason_to_refuse(line.telegram)):
                 raise ConfigError(
                     f"{path}, line {number}: {objection}.", remedy="Leave the line out, or add --allow-writes."
                 )
@@ -121,7 +121,7 @@ def _wait_ms(words: str, place: str) -> int:
     raise ConfigError(f"{place}: {words!r} is not a valid wait.", remedy=f"Write {_TICK} N, N from 1 to {MAX_COUNT}.")
 
 
-def _objection(telegram: bytes) -> str:
+def _reason_to_refuse(telegram: bytes) -> str:
     """Return why a telegram is only sent if writes are allowed; empty if it is harmless, or none."""
     if not telegram:
         return ""

@@ -97,7 +97,7 @@ def measure(area: str, address: str | None = None) -> Iterable[Figure]:
     return cast("Iterable[Figure]", measure_area() if address is None else measure_area(address))
 
 
-def circumstances() -> dict[str, object]:
+def conditions() -> dict[str, object]:
     """Return the conditions of a measurement: time, machine, versions, and the machine's load."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {

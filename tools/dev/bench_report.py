@@ -29,13 +29,13 @@ def report(areas: list[str], address: str | None, out: Path | None, *, as_json: 
     """
     areas = _areas(areas, address)
     _write(out, "")  # a file that cannot be written is reported before minutes of measuring
-    before, figures = bench.circumstances(), []
+    before, figures = bench.conditions(), []
     for area in areas:
         for figure in bench.measure(area, address):
             figures.append(figure)
             if not as_json:
                 print(_line(figure), flush=True)
-    measured = {"before": before, "after": bench.circumstances(), "figures": [_plain(figure) for figure in figures]}
+    measured = {"before": before, "after": bench.conditions(), "figures": [_plain(figure) for figure in figures]}
     text = json.dumps(measured, indent=2, ensure_ascii=False)
     _write(out, text + "\n")
     if as_json:

@@ -81,11 +81,11 @@ class RfcommDoor(LoopDoor):
         """Return None: connections come from another thread."""
         return None
 
-    def vanish(self) -> None:
+    def leave_range(self) -> None:
         """Take the brick out of range: connections are lost after `SUPERVISION_S`, new ones find no brick."""
         self._call(self._vanish())
 
-    def come_back(self) -> None:
+    def enter_range(self) -> None:
         """Bring the brick into range again."""
         self._loop.call_soon_threadsafe(self._air.add_controller, self._radio)
 

@@ -179,7 +179,7 @@ class Rig:
             for kind, text in answer.items():
                 received[kind] += text
                 show(kind, text)
-        raise RigError(f"The guest ended while the command ran. {self._last_words()}")
+        raise RigError(f"The guest ended while the command ran. {self._failure_context()}")
 
     def wait_for(self, command: str, what: str, limit_s: float = 20.0) -> None:
         """Wait until a shell command succeeds in the guest.
@@ -189,7 +189,7 @@ class Rig:
         """
         waiting = f"until {command} > /dev/null 2>&1; do sleep 0.1; done"
         if self.run(waiting, timeout_s=limit_s).code:
-            raise RigError(f"The guest does not see {what} after {limit_s:g} s. {self._last_words()}")
+            raise RigError(f"The guest does not see {what} after {limit_s:g} s. {self._failure_context()}")
 
     # --- the devices ---
 
@@ -271,10 +271,10 @@ class Rig:
                     line.settimeout(max(0.001, until - time.monotonic()))
         except OSError as error:
             raise RigError(
-                f"The guest does not answer within {timeout_s:g} s ({error}): {request}. {self._last_words()}"
+                f"The guest does not answer within {timeout_s:g} s ({error}): {request}. {self._failure_context()}"
             ) from error
 
-    def _last_words(self) -> str:
+    def _failure_context(self) -> str:
         """Return where the guest's console is, and what it says of the kernel's failure, if it failed."""
         console = _console(self.name)
         failed = BROKEN.search(console.read_text(errors="replace"))

@@ -121,7 +121,9 @@ class World:
             case "mute":
                 self.usb.device.mute = value
             case "radio" if self.radio is not None:
-                {"vanish": self.radio.vanish, "return": self.radio.come_back, "hang up": self.radio.disconnect}[value]()
+                {"vanish": self.radio.leave_range, "return": self.radio.enter_range, "hang up": self.radio.disconnect}[
+                    value
+                ]()
             case "pin" if self.radio is not None:
                 self.radio.ask_for_pin(value)
             case "cover":

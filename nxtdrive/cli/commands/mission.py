@@ -199,7 +199,7 @@ def _new(args: argparse.Namespace) -> int:
         if os.path.lexists(path) and not args.force:
             other = "It is named after the text or number: move it" if path == target.picture else "Choose another name"
             raise ConfigError(f"{path} exists already.", remedy=f"{other}, or --force to overwrite it.")
-    hint = _tried_out(target, text, world)
+    hint = _better_detector(target, text, world)
     for path, content in contents.items():
         with writing(path):
             write_file(path, content)
@@ -216,7 +216,7 @@ def _new(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
+def _better_detector(target: TemplateTarget, text: str, world: Path) -> str:
     """Look for a target with a picture in its room; returns which other detector fits a photograph, or nothing.
 
     Raises:

@@ -97,7 +97,7 @@ class Proposer:
             usable = [
                 (template, transform)
                 for template, transform in self._transformed(level.gray.shape, level.step, frame.overexposed)
-                if self._suits(template, level, number)
+                if self._is_large_enough(template, level, number)
             ]
             if usable:
                 best = _best(_peaks(level, usable), PROPOSALS[number])
@@ -106,7 +106,7 @@ class Proposer:
                 levels.append(np.full(len(best.boxes), number))
         return Proposals(_poses(np.concatenate(boxes), np.concatenate(views)), np.concatenate(levels))
 
-    def _suits(self, template: _Template, level: Level, number: int) -> bool:
+    def _is_large_enough(self, template: _Template, level: Level, number: int) -> bool:
         height = template.gray.shape[0]
         if self._part != 1.0:
             return bool(height / self._part >= LARGE * level.gray.shape[0])
