@@ -38,13 +38,13 @@ def test_the_table_counts_what_is_right_too_far_and_too_near():
     seen = [150.0, 150.5, 149.5, 100.0, None]
     rays = [Ray("floor", "crate", 150.0, None, row_px, tall=False) for row_px in seen]
     assert row("plain", rays) == "| plain | 5 | 80.0 % | -0.25 | 9.64 | 75.0 % | 25.0 % | 0.0 % |"
-    assert next(iter(alike(rays))) == "crate on floor: 40 % of 5 rays overlook it, told apart"
+    assert next(iter(alike(rays))) == "crate on floor: 40 % of 5 rays overlook it, distinguished"
     assert row("plain", rays[4:]) == "| plain | 1 | 0 % | - | - | - | - | - |"
 
 
 def test_the_remarks_count_the_results_at_what_looks_like_the_floor():
     rays = [Ray("floor", "crate", 150.0, None, *each) for each in ((99.0, False), (None, False), (99.0, True))]
     *_, pairs, higher, lower = alike(rays)
-    assert pairs == "1 of 1 pairs cannot be told apart"
+    assert pairs == "1 of 1 pairs cannot be distinguished"
     assert higher == "of 1 rays to those higher than the lens 100 % have a result"
     assert lower == "of 2 rays to those lower than the lens 50 % have a result"
