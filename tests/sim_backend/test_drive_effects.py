@@ -111,7 +111,7 @@ def test_the_current_of_the_motors_lowers_the_voltage():
     for motor in motors:
         motor.step(100, brake=False)
     assert sum(motor.current_a for motor in motors) == pytest.approx(2 * 2.06, abs=0.1)
-    simulation._sag()
+    simulation._lower_voltage()
     assert motors[0]._targets[100] < 0.6 * full
 
 

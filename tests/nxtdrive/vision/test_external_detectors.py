@@ -117,7 +117,7 @@ def test_a_built_in_detector_keeps_its_name(installed):
         ('detector = "missing"\n', "cannot be made: AttributeError"),
         ('detector = "leaves"\n', "odd.py:15: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
-        ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
+        ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 is not valid"),
         ('detector = "lamp"\nleast = 3\n', "the lamp detector has no option least"),
         ('detector = "lamp"\nheight_mm = 1\n', "target.it.height_mm"),
         ('detector = "Told"\nweights_file = "w.bin"\n', "target.it.weights_file: there is no file 'w.bin'"),
