@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import sysconfig
@@ -34,6 +35,8 @@ LIBRARY = {"nxtdrive", "behaviors", "sim_backend", "firmware_protocol", "input_f
 """Packages whose lines are not those of the program that a test runs."""
 SECOND_INTERRUPT_S = 0.5
 """A test over its limit is interrupted again after this: its program may catch everything."""
+INTERRUPTS = 10
+"""A program that has caught so many interrupts is ended with the whole test run."""
 INSTALLED = tuple(sysconfig.get_paths()[name] for name in ("purelib", "platlib"))
 
 
@@ -60,7 +63,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """End a test at its `real_time_limit`, and say in one sentence where a program exceeded a limit of time."""
     marker = item.get_closest_marker("real_time_limit")
     try:
-        with _ended_after(*marker.args, **marker.kwargs) if marker else nullcontext():
+        with _ended_after(item.config, *marker.args, **marker.kwargs) if marker else nullcontext():
             return (yield)
     except AssertionError as error:
         testing = sys.modules.get("nxtdrive.testing")
@@ -71,17 +74,22 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 
 @contextmanager
-def _ended_after(seconds: float) -> Iterator[None]:
+def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
     """Fail the test in the main thread if it takes longer in real time; in another thread there is no limit."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     over, done = threading.Event(), threading.Event()
+    places: list[str] = []
+
+    def failed(place: str) -> BaseException:
+        text = f"{place}The program still runs after {seconds:g} s. Does your loop ever end?"
+        return pytest.fail.Exception(text, pytrace=False)
 
     def interrupted(number: int, frame: FrameType | None) -> None:
         if over.is_set():
-            place = _place(reversed(list(walk_stack(frame))))
-            pytest.fail(f"{place}The program still runs after {seconds:g} s. Does your loop ever end?", pytrace=False)
+            places.append(_place(reversed(list(walk_stack(frame)))))
+            raise failed(places[0])
         if callable(before):  # Ctrl-C
             before(number, frame)
 
@@ -89,6 +97,10 @@ def _ended_after(seconds: float) -> Iterator[None]:
         wait_s = seconds
         while not done.wait(wait_s):
             over.set()
+            if len(places) >= INTERRUPTS:
+                _end_run(
+                    config, f"{places[0]}The program still runs after {seconds:g} s and catches what should end it"
+                )
             interrupt_main()
             wait_s = SECOND_INTERRUPT_S
 
@@ -103,6 +115,16 @@ def _ended_after(seconds: float) -> Iterator[None]:
             timer.join()  # the last interrupt may come here
         finally:
             signal.signal(signal.SIGINT, before)
+            if places:  # the program may have caught it
+                raise failed(places[0]) from None
+
+
+def _end_run(config: pytest.Config, reason: str) -> None:
+    """End this process: a loop that catches every exception cannot be ended otherwise."""
+    if capture := config.pluginmanager.getplugin("capturemanager"):
+        capture.suspend_global_capture(in_=True)
+    print(f"\n{reason}, as `except:` does. The test run ends here.", flush=True)  # noqa: T201
+    os._exit(pytest.ExitCode.TESTS_FAILED)
 
 
 def _place(frames: Iterable[tuple[FrameType, int]]) -> str:

@@ -18,7 +18,10 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from pydantic import ValidationError
+
 from firmware_protocol.errors import ConfigError
+from input_files.pydantic_words import first_mistake
 from nxtdrive.transports.sim import MAX_LATENCY_MS, USB_LATENCY_MS, SimTransport, shared
 from sim_backend.bundled import picture_names
 from sim_backend.firmware.versions import FIRMWARES
@@ -179,7 +182,7 @@ class SimWorld:
         if facing_deg is not None:
             _finite("facing_deg", facing_deg)
         if not self._knows(name):
-            self._add(Picture(name=name, at_mm=at_mm, facing_deg=0.0, present=False))
+            self._add(Picture, name=name, at_mm=at_mm, facing_deg=0.0, present=False)
         return self._later(after_s, lambda: self._place(name, x_mm, y_mm, facing_deg))
 
     def put_picture(
@@ -196,7 +199,7 @@ class SimWorld:
         if not path.is_file():
             raise ConfigError(f"there is no picture {path.name} in {path.absolute().parent}.")
         at_mm = self._inside(x_mm, y_mm)
-        self._add(Picture(name=name, file=path.absolute(), at_mm=at_mm, facing_deg=0.0, size_mm=size_mm))
+        self._add(Picture, name=name, file=path.absolute(), at_mm=at_mm, facing_deg=0.0, size_mm=size_mm)
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 
     def put_box(
@@ -213,12 +216,12 @@ class SimWorld:
         """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall."""
         at_mm = self._inside(x_mm, y_mm)
         return self._add(
-            Box(name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg)
+            Box, name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg
         )
 
     def put_person(self, name: str, *, x_mm: float, y_mm: float | None = None) -> Self:
         """Bring in a standing person, who can `walk`."""
-        self._add(Person(name=name, enters_from_mm=self._inside(x_mm, y_mm)))
+        self._add(Person, name=name, enters_from_mm=self._inside(x_mm, y_mm))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 
     def hide(self, name: str, *, after_s: float = 0.0, for_s: float | None = None) -> Self:
@@ -311,7 +314,11 @@ class SimWorld:
             action()
         return self
 
-    def _add(self, table: Box | Picture | Person) -> Self:
+    def _add(self, kind: type[Box | Picture | Person], **values: object) -> Self:
+        try:
+            table = kind.model_validate(values)
+        except ValidationError as error:
+            raise ConfigError(f"{first_mistake(error.errors(include_url=False))}.") from None
         if isinstance(table, Picture) and table.file is None:
             self._check_picture(table.name)
         try:

@@ -72,6 +72,50 @@ def test_a_loop_that_does_nothing_with_the_brick_is_ended(outcomes, body):
     assert "def interrupted" not in text, "the message is enough"
 
 
+@pytest.mark.slow
+def test_a_program_that_catches_all_that_should_end_it_ends_the_test_run(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.real_time_limit(0.3)
+        def test_loops(sim_brick):
+            rover = sim_brick.rover()
+            while True:
+                try:
+                    rover.drive(100, 0)
+                    sim_brick.sleep(0.5)
+                except:
+                    pass
+        """
+    )
+    ended = pytester.runpytest_subprocess("-p", PLUGIN, timeout=60)
+    assert ended.ret == 1
+    said = r"^\w+\.py, line \d+: The program still runs after 0\.3 s and catches what should end it"
+    assert re.search(said, ended.stdout.str(), re.MULTILINE)
+
+
+def test_a_program_over_its_real_time_limit_fails_its_test_though_it_catches_the_exception(outcomes):
+    counts, text = outcomes(
+        """
+        import pytest
+
+        @pytest.mark.real_time_limit(0.3)
+        @pytest.mark.parametrize("position_mm", [0, 100])
+        def test_loops(position_mm):
+            try:
+                while True:
+                    pass
+            except:
+                pass
+            assert position_mm == 100
+        """
+    )
+    assert counts == {"failed": 2}
+    assert len(re.findall(r"line [78]: The program still runs after 0\.3 s\. Does", text)) >= 2
+    assert "assert 0 == 100" not in text
+
+
 def test_a_test_within_its_real_time_limit_is_not_changed(outcomes):
     assert outcomes(ENDLESS.format(name="returns", body="return"))[0] == {"passed": 2}
 

@@ -129,6 +129,19 @@ def test_a_sensor_of_the_tests_own_is_plugged_in(sim_world, sim_brick):
     assert button.pressed
 
 
+@pytest.mark.parametrize(
+    ("put", "said"),
+    [
+        (lambda world: world.put_box("crate", x_mm=1000, size_mm=300), "size_mm: must be a list in brackets"),
+        (lambda world: world.put_box("crate", x_mm=1000, height_mm=-1), "height_mm: must be "),
+        (lambda world: world.put_person("", x_mm=1000), "name: "),
+    ],
+)
+def test_a_value_that_an_object_cannot_have_is_named(sim_world, put, said):
+    with pytest.raises(ConfigError, match=said):
+        put(sim_world)
+
+
 def test_unknown_names_get_the_known_ones(sim_world):
     with pytest.raises(ConfigError, match=r"no 'lenna' .* fox, landscape, lena"):
         sim_world.put("lenna", x_mm=1000)
