@@ -10,8 +10,9 @@ from traceback import walk_tb
 from typing import Any
 
 from behaviors.mission import MissionError
-from behaviors.profile_names import installed_profiles
+from behaviors.profile_names import installed_profiles, named_profiles
 from behaviors.return_types import place
+from input_files.mistakes import nearest
 
 DOCUMENT = "docs/profiles.md"
 CALLS = {
@@ -87,6 +88,8 @@ def _remedy(name: str, error: BaseException) -> str:
     if isinstance(error, AttributeError):
         file = getattr(error.obj, "__file__", None) or module
         return f"correct the name of the class, or write it in {file}."
+    if not attribute and (near := nearest(name, named_profiles())):
+        return f"did you mean {near!r}?"
     return f"name it as module:Class in the folder of module.py, or install its package ({DOCUMENT})."
 
 

@@ -13,6 +13,7 @@ from behaviors.mission import Mission
 from behaviors.profile_names import PAST
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
+from input_files.mistakes import nearest
 from input_files.plain import InputFileError, read_bytes, read_text
 from nxtdrive.recording.run_folder import JOURNAL, MISSION
 
@@ -78,6 +79,8 @@ def read_run(path: Path) -> PastRun:
             raise ConfigError(
                 f"{folder} contains no {JOURNAL}.", remedy=f"Name the folder of one run, such as {example}."
             )
+    elif not os.path.lexists(path) and (meant := _similar_run(path)):
+        raise ConfigError(f"there is no run {path}.", remedy=f"Did you mean {meant}?")
     try:
         lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
     except InputFileError as error:
@@ -100,6 +103,14 @@ def read_run(path: Path) -> PastRun:
 def journals_in(folder: Path) -> list[Path]:
     """Return the journals of all runs in a folder, the one written last first."""
     return sorted(folder.glob(f"*/{JOURNAL}"), key=changed_s, reverse=True)
+
+
+def _similar_run(path: Path) -> Path | None:
+    """Return the run that was probably meant: one of a similar name beside the path or in the usual folder."""
+    runs = {
+        journal.parent.name: journal.parent for each in (Path("runs"), path.parent) for journal in journals_in(each)
+    }
+    return runs.get(path.name) or runs.get(nearest(path.name, runs))
 
 
 def changed_s(path: Path) -> float:

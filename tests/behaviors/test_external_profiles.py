@@ -56,6 +56,15 @@ def test_an_installed_profile_is_found_by_its_name(tmp_path):
     assert find_profile("patient").__name__ == "Patient"
 
 
+@pytest.mark.parametrize("name", ["patent", "adaptiv"])
+def test_a_mistyped_name_leads_to_the_nearest_profile(tmp_path, name):
+    _install(tmp_path)
+    with pytest.raises(
+        MissionError, match=rf"no installed package offers '{name}'; did you mean '(patient|adaptive)'\?"
+    ):
+        find_profile(name)
+
+
 def test_a_built_in_profile_keeps_its_name(tmp_path):
     _install(tmp_path, "adaptive")
     assert named_profiles() == ["thesis", "adaptive"]

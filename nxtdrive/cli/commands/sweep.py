@@ -260,11 +260,12 @@ def _agents(names: Sequence[str]) -> list[str]:
     from behaviors.profiles.registry import find_profile
     from nxtdrive.tools.sweep.agents import ALL_NAMES
 
+    installed = installed_profiles()
     for name in names:
-        if ":" in name or (name in installed_profiles() and name not in ALL_NAMES):
+        if ":" in name or (name in installed and name not in ALL_NAMES):
             find_profile(name)
         else:
-            _known("agent", [name], ALL_NAMES)
+            _known("agent", [name], (*ALL_NAMES, *installed))
     return list(names)
 
 

@@ -189,9 +189,11 @@ def test_an_option_before_the_action_is_refused_with_its_right_position(words, a
         (["--classes", "opne"], "there is no class 'opne'. Did you mean 'open'?"),
         (["--profiles", "tesis"], "there is no agent 'tesis'. Did you mean 'thesis'?"),
         (["--classes", "zzz"], "there is no class 'zzz'. Known: open, "),
+        (["--agents", "hasti"], "there is no agent 'hasti'. Did you mean 'hasty'?"),
     ],
 )
-def test_a_sweep_leads_from_a_mistyped_class_or_profile_to_the_nearest(words, said, capsys):
+def test_a_sweep_leads_from_a_mistyped_class_or_profile_to_the_nearest(words, said, capsys, monkeypatch):
+    monkeypatch.setattr("behaviors.profile_names.installed_profiles", lambda: {"hasty": None})
     assert main(["sweep", *words]) == USAGE
     assert said in capsys.readouterr().err
 

@@ -219,6 +219,19 @@ def test_a_run_without_a_decision_says_so(explained, tmp_path):
     assert explained(journal, "--json")["decisions"] == []
 
 
+@pytest.mark.parametrize(
+    ("named", "meant"), [("cat-001", "cat-001"), ("runs/cat-01", "cat-001"), ("dog-002", "dog-002")]
+)
+def test_a_run_that_is_not_there_leads_to_the_one_of_a_similar_name(capsys, tmp_path, monkeypatch, named, meant):
+    for name in ("cat-001", "dog-002"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "journal.jsonl").touch()
+    monkeypatch.chdir(tmp_path)
+    assert main(["explain-run", named]) == USAGE
+    said = capsys.readouterr().err
+    assert f"there is no run {named}. Did you mean {Path('runs', meant)}?" in said
+
+
 def test_for_the_folder_of_all_runs_the_latest_one_is_named(capsys, tmp_path):
     for name, written_s in (("cat-001", 10), ("cat-002", 30), ("dog-001", 20)):
         (tmp_path / name).mkdir()
