@@ -112,6 +112,8 @@ class Programs:
     def read_message(self, box: int, *, remove: bool = True) -> str:
         """Take the next message of the running program from mailbox 1..10.
 
+        A program in NXC sends it by ``SendResponseString(MAILBOX1, ...)``; ``SendMessage`` fills its own mailboxes.
+
         Raises:
             MailboxEmpty: There is no message.
         """

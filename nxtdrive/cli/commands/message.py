@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Write a message to a mailbox of the program running on the brick, or read one that
 the program has written. Mailboxes are 1 to 10, as in LEGO's software; without a
-running program there are none."""
+running program there are none. A program in NXC sends by SendResponseString."""
 EXAMPLES = """\
   nxtdrive message write 1 "go left"
   nxtdrive message read 1
