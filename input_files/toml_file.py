@@ -23,6 +23,7 @@ COMMON_MISTAKES = (
     (r"^[^\[#]*=\s*-?\d+,\d", "Write a decimal point, not a comma."),
     (r"^[^\[#]*=\s*-?\d+(?:\.\d+)?\s*[A-Za-z]+\s*(?:#|$)", "Write the number alone; the key's name says its unit."),
     (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
+    (r"(?i)=\s*(?:yes|no|on|off)\s*(?:#|$)", "Write true or false."),
     (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
     (r"^\[[\w.-]+\s*(?:#|$)", "Close the bracket: ]."),
     (r"^\[[^\]\"'#]*\w\s+\w", "Put a name with spaces between quotation marks."),
@@ -62,10 +63,11 @@ def read_toml(path: Path) -> dict[str, Any]:
 def _line_of(error: ValueError, text: str) -> str:
     """Return the line that an error of tomllib names, if any, and what to do there."""
     number = re.search(r"\(at line (\d+), column \d+\)$", str(error))
-    if number is None:
+    twice = TWICE.match(str(error))
+    if number is None and not twice:
         return f". {REMEDY}"
-    line = text.split("\n")[int(number[1]) - 1].strip()
-    if TWICE.match(str(error)):
+    line = (text.split("\n")[: int(number[1])] if number else text.rstrip().split("\n"))[-1].strip()
+    if twice:
         hint = "It is there twice: give one another name, or remove it."
     else:
         hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)

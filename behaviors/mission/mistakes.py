@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -54,9 +54,8 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         where = key_path(path) or "mission file"
         message = words(problem["type"], problem.get("ctx", {}), problem["msg"], problem["input"])
         if problem["type"] == "extra_forbidden":
-            homes = _homes(str(path[-1]), model)
             here = _known_keys(path[:-1], model, detector)
-            message = f"belongs in the table {homes}" if homes else f"unknown key; {_advice(str(path[-1]), here)}"
+            message = _unknown(path, problem["input"], here, model)
             if path == ["targets"] and isinstance(problem["input"], dict):
                 message = f"the table of a target is [target.{toml_key(next(iter(problem['input']), 'NAME'))}]"
             if detector is not None and path[-1] in _known_keys(path[:-1], model):
@@ -78,6 +77,17 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         elif "input" in problem and not isinstance(problem["input"], dict):
             message = f"{message}, not {excerpt(problem['input'])}{_unit(str(path[-1]) if path else '')}"
         yield f"{where}: {message}"
+
+
+def _unknown(path: Sequence[int | str], value: object, here: Collection[str], model: type[BaseModel]) -> str:
+    """Say where a key or a whole table belongs that is not known where it stands, or name the nearest known key."""
+    key = str(path[-1])
+    if len(path) == 1 and isinstance(value, dict):
+        tables = {homes for each in value if (homes := _homes(str(each), model))}
+        if len(tables) == 1 and f"[{nearest(key, model.model_fields)}]" not in (fitting := tables.pop()):
+            return f"there is no such table; what it has belongs in {fitting}"
+    homes = _homes(key, model)
+    return f"belongs in the table {homes}" if homes else f"unknown key; {_advice(key, here)}"
 
 
 def _detector_advice(target: dict[str, Any]) -> str:

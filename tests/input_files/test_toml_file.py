@@ -42,6 +42,8 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
         (r'pictures = ["C:\Users\me\cat.png"]', "write / for each"),
         ("name = “cat”", "plain quotation marks"),
         ("present = False", "true or false in small letters"),
+        ("left_reversed = yes  # mounted the other way", "Write true or false."),
+        ("left_reversed = Off", "Write true or false."),
         ('{"mission": {}}', "looks like JSON"),
         ("[target.kätzchen]", "between quotation marks"),
         ("[ target . kätzchen ]", "between quotation marks"),
@@ -60,6 +62,12 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
 )
 def test_a_common_mistake_has_a_hint(tmp_path, line, hint):
     assert hint in _refusal(tmp_path / "cat.toml", f"[mission]\n{line}\n".encode())
+
+
+@pytest.mark.parametrize("end", ["rounds = 3", "rounds = 3\n", "[mission]", "[mission]\n\n"])
+def test_a_key_or_table_twice_at_the_end_of_the_file_is_named(tmp_path, end):
+    said = _refusal(tmp_path / "cat.toml", f"[mission]\nrounds = 2\n{end}".encode())
+    assert f"`{end.strip()}`. It is there twice" in said
 
 
 def test_a_long_line_is_cut(tmp_path):
