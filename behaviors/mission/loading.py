@@ -6,6 +6,7 @@ TOML, checked as a whole: every mistake is reported at once, with its path.
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import chain
@@ -143,7 +144,7 @@ def _target_without_mistakes(table: dict[str, Any]) -> Target:
 
 def _read(path: Path) -> dict[str, Any]:
     if path.suffix.lower() in PICTURE_SUFFIXES and path.is_file():
-        writes = f"`nxtdrive mission new --picture {path} --height-mm MM`"
+        writes = f"`nxtdrive mission new --picture {shlex.quote(str(path))} --height-mm MM`"
         raise MissionError(f"{path} is a picture, not a mission. {writes} writes a mission that searches for it.")
     try:
         return read_toml(path)

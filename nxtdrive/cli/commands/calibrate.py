@@ -6,6 +6,7 @@ import argparse
 import datetime
 import math
 import os
+import shlex
 import sys
 import tempfile
 from collections.abc import Callable
@@ -236,7 +237,8 @@ def _tell(outcome: CalibrationResult, path: Path, *, as_json: bool) -> None:
         before_px, after_px = outcome.misfit_px
         frames = f"({outcome.views} frames)"
         write_line(f"Markers were missed by {before_px:.1f} px before, and by {after_px:.1f} px now {frames}.")
-    write_line(f"Written to {path}. Missions use it with --robot {path}, or with NXT_ROBOT={path} in the environment.")
+    file = shlex.quote(str(path))
+    write_line(f"Written to {path}. Missions use it with --robot {file}, or with NXT_ROBOT={file} in the environment.")
 
 
 def _short(value: object) -> str:

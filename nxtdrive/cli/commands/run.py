@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
@@ -214,7 +215,7 @@ def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
     try:
         run.write_video(with_progress(VIDEO))
     except KeyboardInterrupt:
-        write_error(f"{VIDEO} is left out; `nxtdrive export {recording.folder.path} --webm` makes it.")
+        write_error(f"{VIDEO} is left out; `nxtdrive export {shlex.quote(str(recording.folder.path))} --webm` makes it.")
 
 
 def _print_json(record: Record) -> None:

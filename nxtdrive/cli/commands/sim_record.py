@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,7 +85,8 @@ def record(args: argparse.Namespace) -> int:
     firmware = records[0]["firmware"]
     write_line(f"{out}: {len(records)} steps with firmware {firmware}")
     if firmware not in FIRMWARES:
-        write_line(f"To compare it, name a similar firmware: nxtdrive sim check {out} --firmware {FIRMWARES[0]}")
+        command = f"nxtdrive sim check {shlex.quote(str(out))} --firmware {FIRMWARES[0]}"
+        write_line(f"To compare it, name a similar firmware: {command}")
     return DONE
 
 

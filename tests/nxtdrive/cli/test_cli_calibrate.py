@@ -290,6 +290,20 @@ def test_a_colour_is_learned_and_used(here, capsys):
     assert re.search(rf"hue_deg +{shade.hue_deg:g}\b", capsys.readouterr().out)
 
 
+def test_the_name_of_the_robot_file_can_be_pasted_into_a_command(capsys):
+    assert main(["calibrate", "colors", "--robot", "my robot.toml"]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "with --robot 'my robot.toml', or with NXT_ROBOT='my robot.toml' in" in said
+
+
+@pytest.mark.parametrize("name", ["my robot.toml", "robot.toml"])
+def test_the_doctor_names_the_file_to_complete(here, capsys, name):
+    (here / name).write_text("[robot]\n")
+    main(["doctor", "--nxt", "sim://", "--robot", name, "--json"])
+    (found,) = (each for each in json.loads(capsys.readouterr().out)["findings"] if each["topic"] == "calibration")
+    assert found["remedy"].endswith(" --robot 'my robot.toml'") == (name != "robot.toml")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
