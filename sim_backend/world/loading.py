@@ -87,11 +87,10 @@ def _find(path: Path) -> Path:
     if os.path.isdir(path):
         raise ConfigError(f"{path} is a folder, not a world.", remedy="Choose a file in it.")
     bundled = world_names()
-    beside = [entry.name for entry in path.parent.glob("*.toml")]
-    near = nearest(path.name, [*beside, *bundled] if path.parent == Path() else beside)
-    remedy = (
-        f"Did you mean {str(path.with_name(near))!r}?" if near else f"Give a path, or one of: {', '.join(bundled)}."
-    )
+    known = {name: name for name in bundled} if path.parent == Path() else {}
+    known |= {entry.stem: str(entry) for entry in path.parent.glob("*.toml")}
+    near = known.get(nearest(path.stem, known))
+    remedy = f"Did you mean {near!r}?" if near else f"Give a path, or one of: {', '.join(bundled)}."
     raise ConfigError(f"there is no world file {path}.", remedy=remedy)
 
 

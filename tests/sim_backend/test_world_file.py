@@ -105,6 +105,7 @@ def test_a_missing_file_is_not_replaced_by_the_bundled_world_of_its_name(path, t
         ("kitchn.toml", "kitchen.toml"),
         ("rooms/attic", "rooms/attic.toml"),
         ("figur5", "figure5"),
+        ("figur5.toml", "figure5"),
     ],
 )
 def test_the_world_that_was_meant_is_suggested(name, meant, tmp_path, monkeypatch):
@@ -115,6 +116,14 @@ def test_the_world_that_was_meant_is_suggested(name, meant, tmp_path, monkeypatc
     with pytest.raises(ConfigError) as refused:
         load_world(name)
     assert refused.value.remedy == f"Did you mean {meant!r}?"
+
+
+def test_the_ending_alone_makes_no_world_similar(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("rc.toml").touch()
+    with pytest.raises(ConfigError) as refused:
+        load_world("nowhere.toml")
+    assert refused.value.remedy.startswith("Give a path, or one of: arena, ")
 
 
 def test_every_mistake_is_reported_at_once_with_its_path():
