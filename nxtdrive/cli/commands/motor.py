@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.cli.output import complain, write_json, write_line
 from nxtdrive.ports import MOTOR_PORTS
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def _run(args: argparse.Namespace, brick: Brick) -> int:
     from behaviors.ports import StopReason
     from nxtdrive.motion.motor import Then
 
+    _warn_of_program(brick)
     motor = brick.motor(args.port)
     before = motor.angle
     if args.power is None:
@@ -81,6 +82,7 @@ def _run(args: argparse.Namespace, brick: Brick) -> int:
 def _turn(args: argparse.Namespace, brick: Brick) -> int:
     from nxtdrive.motion.motor import Then
 
+    _warn_of_program(brick)
     motor = brick.motor(args.port)
     before = motor.angle
     return _report(args, brick, before, motor.run_angle(args.speed, args.angle, Then.BRAKE))
@@ -90,11 +92,19 @@ def _stop(args: argparse.Namespace, brick: Brick) -> int:
     ports: list[MotorPort] = args.ports or list(MOTOR_PORTS)
     for motor in [brick.motor(port) for port in ports]:  # no motor is braked if a port is wrong
         motor.brake()
+    _warn_of_program(brick)
     if args.json:
         write_json({"stopped": ports})
     else:
         write_line(f"stopped {' '.join(ports)}")
     return DONE
+
+
+def _warn_of_program(brick: Brick) -> None:
+    """Say that a running program may move what is moved here."""
+    if name := brick.programs.running:
+        stop = "`nxtdrive program stop` ends it."
+        complain(f"warning: {name} is running on the brick, and may drive the motors, too. {stop}")
 
 
 def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:

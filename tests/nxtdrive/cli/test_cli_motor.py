@@ -1,11 +1,16 @@
 """``nxtdrive motor``: what is printed, and the exit codes."""
 
 import json
+from pathlib import Path
 
 import pytest
 
+from nxtdrive.brick import open_brick
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.testing import SimWorld
 from nxtdrive.transports.trace_file import read_trace
+
+PROGRAMS = Path(__file__).parents[2] / "golden" / "programs"
 
 SET_OUTPUT_A = bytes([0x00, 0x04, 0])
 """How the request begins, with a reply, that sets the motor on port A."""
@@ -42,6 +47,20 @@ def test_motors_started_by_other_programs_are_stopped(words, stopped, capsys):
 def test_a_negative_angle_may_be_written_as_any_number(capsys):
     assert main(["motor", "turn", "A", "-1e2", "--nxt", "sim://", "--json"]) == DONE
     assert _answer(capsys)["turned_deg"] == pytest.approx(-100, abs=2)
+
+
+@pytest.mark.parametrize("words", [["turn", "B", "90"], ["run", "B", "--seconds", "0.1"], ["stop"]])
+def test_a_program_that_drives_the_motors_too_is_named(words, capsys):
+    with SimWorld() as world:
+        with open_brick(world.address) as brick:
+            brick.files.write("dance.rxe", (PROGRAMS / "dance.rxe").read_bytes())
+            brick.programs.start("dance.rxe")
+            main(["motor", *words, "--nxt", world.address])
+        said = capsys.readouterr().err
+        assert said == (
+            "nxtdrive: warning: dance.rxe is running on the brick, and may drive the motors, too. "
+            "`nxtdrive program stop` ends it.\n"
+        )
 
 
 def test_a_port_without_a_motor_is_refused(capsys):
