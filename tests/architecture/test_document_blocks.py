@@ -251,6 +251,7 @@ def test_the_tests_that_are_shown_pass(here):
     (here / "find_lena.toml").write_text(mission, encoding="utf-8")
     for number, (_, text) in enumerate(tests):
         (here / f"test_{number}.py").write_text(f"from careful_explorer import explore\n{text}", encoding="utf-8")
+    (here / "follow.rxe").write_bytes((ROOT / "tests/golden/programs/line_follower.rxe").read_bytes())
     (here / "pytest.ini").write_text("[pytest]\n", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "nxtdrive.pytest_plugin"]
     done = subprocess.run(command, cwd=here, capture_output=True, text=True, check=False, timeout=120)

@@ -32,7 +32,7 @@ def _folder(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(registry, "external_profiles", {})
     yield
-    for name in ("patient", "odd"):
+    for name in ("patient", "odd", "looker"):
         sys.modules.pop(name, None)
 
 
@@ -54,6 +54,16 @@ def test_an_installed_profile_is_found_by_its_name(tmp_path):
     _install(tmp_path)
     assert profile_name("patient") == "patient"
     assert find_profile("patient").__name__ == "Patient"
+
+
+def test_the_skill_that_is_shown_searches(tmp_path, sim_world, sim_brick):
+    page = (EXAMPLE.parents[1] / "docs" / "profiles.md").read_text(encoding="utf-8")
+    [block] = [text for text in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "class LookRound" in text]
+    (tmp_path / "looker.py").write_text(block, encoding="utf-8")
+    text = '[mission]\ntargets = ["lena"]\nprofile = "looker:Looker"\n[target.lena]\ndetector = "picture"\n'
+    (tmp_path / "m.toml").write_text(f'{text}pictures = ["lena.png"]\n', encoding="utf-8")
+    sim_world.put("lena", x_mm=1500, y_mm=2000)
+    assert sim_world.run_mission(sim_brick, "m.toml").achieved
 
 
 @pytest.mark.parametrize("name", ["patent", "adaptiv"])

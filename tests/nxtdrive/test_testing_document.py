@@ -10,7 +10,6 @@ from sim_backend import devices
 from sim_backend.bundled import PICTURES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "testing-your-robot.md").read_text(encoding="utf-8")
-PROGRAMS = Path(__file__).parents[1] / "golden" / "programs"
 
 
 def test_the_worlds_examples_run(sim_world, tmp_path, monkeypatch):
@@ -26,15 +25,6 @@ def test_the_worlds_examples_run(sim_world, tmp_path, monkeypatch):
     assert set(sim_world.truth.pictures) == {"cat"}
     sim_world.advance(2)
     assert set(sim_world.truth.pictures) == {"cat", "lena"}
-
-
-def test_the_example_of_a_program_on_the_brick_passes(sim_world, sim_brick, tmp_path, monkeypatch):
-    [block] = [text for text in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "programs.start" in text]
-    (tmp_path / "follow.rxe").write_bytes((PROGRAMS / "line_follower.rxe").read_bytes())
-    monkeypatch.chdir(tmp_path)
-    scope = {}
-    exec(block, scope)
-    scope["test_searches_for_a_lost_line_on_the_spot"](sim_world, sim_brick)
 
 
 def test_every_device_to_plug_in_is_explained():
