@@ -65,12 +65,11 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     try:
         with _ended_after(item.config, *marker.args, **marker.kwargs) if marker else nullcontext():
             return (yield)
-    except AssertionError as error:
-        testing = sys.modules.get("nxtdrive.testing")
-        if testing is None or not isinstance(error, testing.TimeLimitExceeded):
-            raise
-        # without its cause, whose sentence pytest would print a second time
-        raise pytest.fail.Exception(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False) from None
+    finally:
+        world: SimWorld | None = getattr(item, "funcargs", {}).get("sim_world")
+        if world and (error := world.overrun) and not _ending():  # even if the program has caught it
+            # without its cause, whose sentence pytest would print a second time
+            raise pytest.fail.Exception(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False) from None
 
 
 @contextmanager
@@ -115,8 +114,13 @@ def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
             timer.join()  # the last interrupt may come here
         finally:
             signal.signal(signal.SIGINT, before)
-            if places:  # the program may have caught it
+            if places and not _ending():  # the program may have caught it
                 raise failed(places[0]) from None
+
+
+def _ending() -> bool:
+    """Return whether Ctrl-C or a signal is ending the test run."""
+    return isinstance(sys.exc_info()[1], (KeyboardInterrupt, SystemExit))
 
 
 def _end_run(config: pytest.Config, reason: str) -> None:

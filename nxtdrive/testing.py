@@ -72,6 +72,7 @@ class SimWorld:
         simulation: The simulation itself.
         truth: Where everything really is; see `sim_backend.world.truth.GroundTruth`.
         address: The brick's address within the block; each opening makes a new link.
+        overrun: The first `TimeLimitExceeded` that a program got, which it may have caught; else None.
     """
 
     def __init__(
@@ -93,6 +94,7 @@ class SimWorld:
         self.simulation = Simulation(world, seed=seed, firmware=firmware)
         self.truth = self.simulation.truth
         self.address = ""
+        self.overrun: TimeLimitExceeded | None = None
         self._links: list[SimTransport] = []
         self._ends = contextlib.ExitStack()
         self._time_limit_s = _number("time_limit_s", time_limit_s)
@@ -114,9 +116,11 @@ class SimWorld:
         self.simulation.at(self.simulation.now_ms + 1000, self._time_is_up)
         since_s = self._stood[1]
         stands = f" The robot has stood still since {since_s:.1f} s." if self.time_s - since_s > 1 else ""
-        raise TimeLimitExceeded(
+        error = TimeLimitExceeded(
             f"The program still runs after {self._time_limit_s:g} s of simulated time. Does your loop ever end?{stands}"
         )
+        self.overrun = self.overrun or error
+        raise error
 
     def _watch_standing(self) -> None:
         """Keep where and since when the robot stands, as long as time passes."""

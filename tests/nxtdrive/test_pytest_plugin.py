@@ -226,6 +226,26 @@ def test_a_program_that_never_ends_fails_at_its_time_limit_and_the_next_one_runs
     assert "The program still runs after 5 s of simulated time." in text
 
 
+def test_a_program_over_its_simulated_time_fails_its_test_though_it_catches_the_exception(outcomes):
+    counts, text = outcomes(
+        """
+        import pytest
+
+        @pytest.mark.sim_world(time_limit_s=5)
+        @pytest.mark.parametrize("position_mm", [0, 100])
+        def test_catches(sim_brick, position_mm):
+            try:
+                sim_brick.sleep(6)
+            except Exception:
+                pass
+            assert position_mm == 100
+        """
+    )
+    assert counts == {"failed": 2}
+    assert text.count("line 7: The program still runs after 5 s of simulated time.") >= 2
+    assert "assert 0 == 100" not in text
+
+
 def test_a_terminated_test_run_ends(outcomes):
     counts, text = outcomes(
         """
