@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import did_you_mean
 from nxtdrive.mission.files import check_profile, with_profile
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import CAMERA, GEOMETRIC
@@ -73,7 +74,8 @@ class ScenarioSampler:
 
 def _check_kinds(kinds: Sequence[object]) -> None:
     if unknown := [kind for kind in kinds if kind not in ALL_CLASSES]:
-        raise ConfigError(f"there is no class {unknown[0]!r}.", remedy=f"Classes: {', '.join(ALL_CLASSES)}.")
+        remedy = did_you_mean(str(unknown[0]), ALL_CLASSES) or f"Classes: {', '.join(ALL_CLASSES)}."
+        raise ConfigError(f"there is no class {unknown[0]!r}.", remedy=remedy)
 
 
 def episode_info(episode: Episode) -> dict[str, Any]:

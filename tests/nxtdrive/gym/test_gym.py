@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import warnings
@@ -168,6 +169,12 @@ def test_what_does_not_exist_is_refused(make):
             make(**drawn)
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
+
+
+@pytest.mark.parametrize(("kind", "advice"), [("cluter", "Did you mean 'clutter'?"), ("zzz", "Classes: open, far, ")])
+def test_a_class_that_does_not_exist_is_refused_with_the_nearest(kind, advice):
+    with pytest.raises(ConfigError, match=re.escape(f"there is no class '{kind}'. {advice}")):
+        WheelEnv(kinds=[kind])
 
 
 def test_a_profile_that_does_not_exist_is_refused():
