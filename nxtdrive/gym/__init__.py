@@ -3,7 +3,12 @@
 Needs the extra ``gym``. See docs/gym.md.
 """
 
-import gymnasium
+from nxtdrive.host.environment import install_extra
+
+try:
+    import gymnasium
+except ImportError as error:
+    raise ModuleNotFoundError(f"nxtdrive.gym needs the extra nxtdrive[gym]: {install_extra('gym')}") from error
 
 from nxtdrive.gym.decisions import DecisionEnv
 from nxtdrive.gym.wheels import WheelEnv

@@ -16,6 +16,7 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 from firmware_protocol.errors import ConfigError
 from nxtdrive.gym import DecisionEnv, WheelEnv
 from nxtdrive.gym.decisions import candidate_number
+from nxtdrive.host.environment import install_extra
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.runner import plan
 from nxtdrive.tools.sweep.task import evaluate
@@ -169,6 +170,12 @@ def test_what_does_not_exist_is_refused(make):
             make(**drawn)
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
+
+
+def test_without_gymnasium_the_extra_to_install_is_named():
+    program = "import sys; sys.modules['gymnasium'] = None; import nxtdrive.gym"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert f"ModuleNotFoundError: nxtdrive.gym needs the extra nxtdrive[gym]: {install_extra('gym')}" in done.stderr
 
 
 @pytest.mark.parametrize(("kind", "advice"), [("cluter", "Did you mean 'clutter'?"), ("zzz", "Classes: open, far, ")])
