@@ -63,7 +63,7 @@ class UltrasonicSensor:
     """LEGO's ultrasonic sensor. Source of its registers: LEGO's hardware developer kit, appendix on the sensor.
 
     Args:
-        distance_cm: Returns the distance of the nearest echo, or None without one.
+        distance_cm: Returns the distance of the nearest echo, of which whole centimetres count, or None without one.
 
     Attributes:
         address: Its 8-bit write address.
@@ -78,7 +78,7 @@ class UltrasonicSensor:
 
     _MODE = 0x41
 
-    def __init__(self, distance_cm: Callable[[], int | None]) -> None:
+    def __init__(self, distance_cm: Callable[[], float | None]) -> None:
         self._distance_cm = distance_cm
         self._pointer = 0
         self._mode = self.CONTINUOUS
@@ -116,7 +116,7 @@ class UltrasonicSensor:
 
     def _measure(self) -> None:
         distance = self._distance_cm()
-        nearest = NO_ECHO if distance is None else min(max(distance, 0), NO_ECHO)
+        nearest = NO_ECHO if distance is None else int(min(max(distance, 0), NO_ECHO))
         self._echoes = bytes([nearest]) + bytes([NO_ECHO] * (len(self.DISTANCES) - 1))
 
 

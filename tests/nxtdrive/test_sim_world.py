@@ -14,7 +14,7 @@ from nxtdrive.mission.vision import mission_vision
 from nxtdrive.testing import SimWorld
 from nxtdrive.vision.target_vision import GeometricVision
 from sim_backend.bundled import PICTURES
-from sim_backend.devices import TouchSensor
+from sim_backend.devices import TouchSensor, UltrasonicSensor
 
 
 def test_a_picture_stands_where_it_is_put_and_looks_at_the_robot(sim_world):
@@ -140,6 +140,17 @@ def test_a_sensor_of_the_tests_own_is_plugged_in(sim_world, sim_brick):
 def test_a_value_that_an_object_cannot_have_is_named(sim_world, put, said):
     with pytest.raises(ConfigError, match=said):
         put(sim_world)
+
+
+def test_a_scripted_distance_may_have_a_fraction(sim_world, sim_brick):
+    sim_world.plug(4, UltrasonicSensor(lambda: 80.7))
+    assert sim_brick.ultrasonic(4).distance_mm == 800
+
+
+@pytest.mark.parametrize("sensor", [17, "touch", TouchSensor, lambda: True])
+def test_what_is_no_device_cannot_be_plugged_in(sim_world, sensor):
+    with pytest.raises(ConfigError, match=r"is no device\. .* as in TouchSensor\(lambda: True\)"):
+        sim_world.plug(2, sensor)
 
 
 def test_unknown_names_get_the_known_ones(sim_world):
