@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import complain, write_json, write_line
+from nxtdrive.cli.output import write_error, write_json, write_line
 from nxtdrive.ports import MOTOR_PORTS
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _warn_of_program(brick: Brick) -> None:
     """Say that a running program may move what is moved here."""
     if name := brick.programs.running:
         stop = "`nxtdrive program stop` ends it."
-        complain(f"warning: {name} is running on the brick, and may drive the motors, too. {stop}")
+        write_error(f"warning: {name} is running on the brick, and may drive the motors, too. {stop}")
 
 
 def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:

@@ -215,7 +215,8 @@ def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
     try:
         run.write_video(with_progress(VIDEO))
     except KeyboardInterrupt:
-        write_error(f"{VIDEO} is left out; `nxtdrive export {shlex.quote(str(recording.folder.path))} --webm` makes it.")
+        folder = shlex.quote(str(recording.folder.path))
+        write_error(f"{VIDEO} is left out; `nxtdrive export {folder} --webm` makes it.")
 
 
 def _print_json(record: Record) -> None:
