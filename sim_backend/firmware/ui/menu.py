@@ -25,8 +25,8 @@ from sim_backend.firmware.ui.menu_message import MenuMessage
 from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.menu_radio import MenuRadio
 from sim_backend.firmware.ui.menu_settings import MenuSettings
-from sim_backend.firmware.ui.name_entry import NameEntry
-from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
+from sim_backend.firmware.ui.menu_steps import MenuSteps
+from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.sensor_view import SensorView
@@ -54,7 +54,8 @@ class Menu:
         runs: Name of the file that it runs, if any.
         files: The lists of files.
         message: What is shown until a key is pressed.
-        naming: The page where the program gets a name.
+        program: The program that is made on the brick.
+        naming: The page where it gets a name.
     """
 
     def __init__(
@@ -76,10 +77,11 @@ class Menu:
         self.program, self.view, self.logs = program, view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
-        self.files = MenuFiles(loader, settings.stored, self._places, self.states, program)
+        self.files = MenuFiles(loader, settings.stored, self._places, self.states)
         self._radio = MenuRadio(keys, radio, self.states)
         self.message = MenuMessage(logs, self.states)
-        self.naming = NameEntry(self.program, self.states, self._leave_program)
+        self._steps = MenuSteps(program, loader, self.states, self._leave_program)
+        self.naming = self._steps.naming
         self.reset()
 
     def reset(self) -> None:
@@ -180,9 +182,8 @@ class Menu:
     @property
     def _page(self) -> Marks:
         """The drawing at the end of a key's states."""
-        menu = self._place[:-1]
-        makes_program = self.program.is_step(menu) or self.program.is_run(menu)
-        return drawing.page(tuple(self._place), makes_program=makes_program)
+        place = tuple(self._place)
+        return drawing.page(place, makes_program=self._steps.has(place[:-1]))
 
     def interrupt(self) -> None:
         """Finish the current state, and drop the states to come: a file is started, whose page follows."""
@@ -247,20 +248,8 @@ class Menu:
         left, self._place = self._place, self._place[:-1]
         if tuple(self._place) == places.SWITCH:
             self._place.pop()
-        if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
-            return
         menu = tuple(self._place[:-1])
-        if self.program.is_step(self._place[:-1]):
-            self.states.act(partial(self.program.leave, left))
-            self.states.draw_last(self.program.drawn_back, marks.PAGE)
-        elif self.program.is_step(self._place):
-            self.states.act(partial(self.program.leave, left))
-            if self.program.goes_on:
-                self.states.draw_last(self.program.drawn_back, marks.MENU, marks.TYPES)
-            else:
-                self.states.draw_last(marks.STEP)
-                self.states.add(UiState.MENU, UiState.DRAWING)
-                self.states.draw_last(marks.MENU, marks.TYPES)
+        self._steps.leave(tuple(left))
         if places.is_list(menu):
             self._show_files()
         if tuple(left) == log_menu.START:
@@ -327,10 +316,8 @@ class Menu:
             self.files.keep_log(place[-1])
         elif self.logs.follows(place):
             self._place, self.states.left[-1:] = self.logs.enter(place)
-        elif self.program.is_run([*menu]):
-            self._leave_steps(place[-1])
-        elif self.program.is_run([*menu[:-1]]):
-            return  # the page where a name was asked for, which has no items
+        elif self._steps.follows(place):
+            self._place = self._steps.enter(place)
         elif place == places.VERSION:
             self.message.show_version()
         elif self._radio.follows(place):
@@ -340,16 +327,6 @@ class Menu:
                 self.states.draw_last(marks.MENU)
                 self.states.show(UiState.ENTER)
             self._open(place)
-
-    def _leave_steps(self, item: int) -> None:
-        """Run the program, for which a file is missing, leave it for the main menu, or save it."""
-        if item == RUN:
-            self.files.run_steps()
-        elif item == LEAVE:
-            self._leave_program()
-        else:
-            self._place.append(0)
-            self.naming.begin()
 
     def _leave_program(self) -> None:
         self._place = [PROGRAM]
@@ -389,8 +366,7 @@ class Menu:
             self.states.draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif places.lists_connections(place):
             self.states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
-        elif self.program.is_step([*place]) or self.program.is_run([*place]):
-            self.states.act(partial(self.program.enter, [*place]))
-            self.states.draw_last(*self.program.drawn([*place]))
+        elif self._steps.has(place):
+            self._steps.open(place)
         elif place[0] in places.SLOW and not self._draw_slowly():
             self.states.draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))

@@ -12,7 +12,6 @@ from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import Action, KeyStates
 from sim_backend.firmware.ui.menu_places import Place, Places
-from sim_backend.firmware.ui.program_steps import ProgramSteps
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.stored_settings import StoredSettings
@@ -26,18 +25,14 @@ class MenuFiles:
         stored: Counts the data logs.
         places: Lists the files.
         states: Shows it.
-        program: The program that is made on the brick.
 
     Attributes:
         chosen: Name of the file that was opened or chosen in a list last.
         shown: Number of the files in the list that was drawn last.
     """
 
-    def __init__(
-        self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates, program: ProgramSteps
-    ) -> None:
+    def __init__(self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates) -> None:
         self._loader, self._stored, self._places, self._states = loader, stored, places, states
-        self._program = program
         self.chosen, self.shown = "", 0
         self._handle: int | None = None
 
@@ -117,15 +112,6 @@ class MenuFiles:
         """Send the chosen file; no other brick is in reach."""
         self._states.draw_last(*drawing.SENT)
         self._states.show(UiState.EXIT)
-
-    def run_steps(self) -> None:
-        """Run the program made on the brick, for which a file is missing; handle 0 is closed, whatever its file."""
-        started, last, program = marks.STARTED_WITH, len(marks.NOT_RUN) - 1, self._program
-        actions: dict[int, Action] = {started: program.start, started + 1: program.end}
-        actions[last] = partial(self._loader.close, 0)
-        self._states.draw_last(*marks.NOT_RUN, actions=actions)
-        self._states.hold(started - 1 - len(marks.NOT_RUN), program.waits)
-        self._states.hold(started + 1 - len(marks.NOT_RUN), program.runs)
 
     def delete(self, menu: Place) -> bool:
         """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""

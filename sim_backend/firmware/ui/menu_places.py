@@ -120,7 +120,7 @@ class Places:
             return len(self._types)
         if self._log and (items := self._log.items(menu)):
             return items
-        return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
+        return _ITEMS.get(menu, 0) or self._program.items(menu) or self._view.items(menu)
 
     def listed(self, menu: Place) -> Sequence[str]:
         """Return the names of a list of files."""

@@ -11,6 +11,8 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import Programs
 
+Place = tuple[int, ...]
+
 _ACTIONS = (0x3, 0x2, 0x9, 0x8, 0xF, 0x7, 0xB, 0xC, 0x4, 0xA, 0x5, 0x6, 0x1, 0xD, 0xE)
 _EVENTS = (0x11, 0x16, 0x17, 0x18, 0x13, 0x14, 0x12, 0x19, 0x15)
 _ENDS = (0x20, 0x1F)
@@ -62,21 +64,21 @@ class ProgramSteps:
         """Whether it is the turn of another step than the first one."""
         return self._step > 0
 
-    def is_step(self, menu: list[int]) -> bool:
+    def is_step(self, menu: Place) -> bool:
         """Return whether a menu, given as the items that lead to it, is one of the steps."""
-        return menu[:1] == [PROGRAM] and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
+        return menu[:1] == (PROGRAM,) and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
 
-    def is_run(self, menu: list[int]) -> bool:
+    def is_run(self, menu: Place) -> bool:
         """Return whether a menu is the page after the last step."""
-        return menu[:1] == [PROGRAM] and len(menu) == _FIRST + len(_CHOICES)
+        return menu[:1] == (PROGRAM,) and len(menu) == _FIRST + len(_CHOICES)
 
-    def items(self, menu: list[int]) -> int:
+    def items(self, menu: Place) -> int:
         """Return the number of items of a step or of the page after the last one, 0 of another menu."""
         if self.is_run(menu):
             return len(_ENDING)
         return len(_CHOICES[len(menu) - _FIRST]) if self.is_step(menu) else 0
 
-    def drawn(self, menu: list[int]) -> tuple[Marks, ...]:
+    def drawn(self, menu: Place) -> tuple[Marks, ...]:
         """Return the drawing, pass by pass, of a menu that is opened: a step, or the page after the last one."""
         return marks.FIRST_STEP if len(menu) == _FIRST else self._drawn(1), marks.PAGE
 
@@ -92,7 +94,7 @@ class ProgramSteps:
         """Return the step whose turn is next (1) or was before (-1); the same if more were chosen than there are."""
         return self._step + by * (self._step <= len(_CHOICES))
 
-    def enter(self, place: list[int]) -> None:
+    def enter(self, place: Place) -> None:
         """Choose an item of a step, or begin with the first one; the choice of the last one stores the program."""
         if len(place) == _FIRST:
             self._chosen, self._step = bytes([_EMPTY] * len(_CHOICES)), 0
@@ -148,7 +150,7 @@ class ProgramSteps:
         self._store(content)
         return bytes(_ICONS.get(code, 0) for code in content[len(_HEADER) :])
 
-    def leave(self, place: list[int]) -> None:
+    def leave(self, place: Place) -> None:
         """Go back from a step, or from the page after the last one, and forget the choice there.
 
         The choice of the first one stays.
