@@ -28,9 +28,6 @@ _BUFFER = 64
 _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
-_AHEAD_MS = 1.2
-"""Time from the loudspeaker's end of a file to the end of that pass: files start and end within passes."""
-
 CLICK, ATTENTION, STARTUP = b"! Click.rso\0", b"! Attention.rso\0", b"! Startup.rso\0"
 """Sounds of the user interface."""
 
@@ -130,14 +127,14 @@ class SoundModule:
 
     @property
     def audible(self) -> bool:
-        """Whether a tone or file is playing: a tone until the pass before its end, a file until its last sample."""
+        """Whether a tone or file is playing: until the pass before its end, or before the last sample of a file."""
         if self.state == (SoundState.FILE if self._is_melody else SoundState.TONE) or not (
             self._queue or self.state == SoundState.FILE
         ):
             return self._sounds and self._clock.now_ms < self._ends_ms - 1
         if not self._queue:
             return self._sounds
-        return self._clock.now_ms < self._queue[-1] - _AHEAD_MS
+        return self._clock.now_ms + 1 < self._queue[-1] - self._queued_sample_ms
 
     def wake(self) -> None:
         """Check the flags in the next pass: they were written through the map."""
@@ -237,8 +234,9 @@ class SoundModule:
         self._sample_ms = period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
-        self._from_ms = begins_ms + max(self._waves.rest_ms(begins_ms), self._sample_rest_ms)
         self._store(self._loader.read(handle, _BUFFER)[1])
+        hidden = self._read == self._played
+        self._from_ms = 0.0 if hidden else begins_ms + max(self._waves.rest_ms(begins_ms), self._sample_rest_ms)
         samples_end_ms = self._queue[-1] - self._queued_sample_ms if self._is_melody and self._queue else 0.0
         self._ends_ms = max(begins_ms, ceil(samples_end_ms))
 

@@ -252,8 +252,7 @@ class MotorControl:
     def _end_run(self) -> None:
         """Stop at the limit, or slow down to it."""
         if self.options & RAMPS_TO_LIMIT:
-            self.run_state = RAMP_DOWN
-            self._begin_ramp(RAMP_DOWN, 0)
+            self.run_state, self.set_speed = RAMP_DOWN, 0
         else:
             self._rest()
 
