@@ -102,12 +102,12 @@ class FileRunner:
         self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
         self._menu.show_file(unpack_name(self._file))
 
-    def begin_from_menu(self) -> None:
+    def begin_from_menu(self, name: str) -> None:
         """Run a file from its page; the state stays as it is."""
         registers = self._registers
         registers.set(UiFlag.BUSY)
         registers.from_menu, registers.next_step_ms = True, self._clock.now_ms + 1
-        self.choose(pack_name(self._menu.runs))
+        self.choose(pack_name(name))
 
     def begin_page(self) -> None:
         """Begin to draw the page of the file; neither the page, beyond the name, nor the file continues."""

@@ -103,9 +103,13 @@ class KeyStates:
         """Let a pass, by its number among those that are left, last as long as something holds it."""
         self.left[at] = self.left[at]._replace(held=held)
 
-    def insert(self, actions: Sequence[Action], drawn: Marks) -> None:
-        """Put a pass for each of some actions in front of the next one, which is DRAWING and gets other marks."""
-        self.left[:1] = [*(Pass(UiState.DRAWING, action=each) for each in actions), Pass(UiState.DRAWING, drawn)]
+    def insert(self, action: Action) -> None:
+        """Put a pass of state DRAWING for an action in front of the next one."""
+        self.left.insert(0, Pass(UiState.DRAWING, action=action))
+
+    def draw_next(self, drawn: Marks) -> None:
+        """Change what the next pass draws."""
+        self.left[0] = self.left[0]._replace(drawn=drawn)
 
     def next(self) -> UiState | None:
         """Return the next state; the drawing of the one before is shown, which may wait until others are done."""

@@ -73,14 +73,15 @@ class Menu:
         has_log: bool,
     ) -> None:
         self._registers, self._settings, self._screen = registers, settings, screen
-        self.switches_off, self.runs = False, ""
+        self.switches_off = False
+        self.runs: str | None = None
         self.program, self.view, self.logs = program, view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
-        self.files = MenuFiles(loader, settings.stored, self._places, self.states)
+        self.files = MenuFiles(loader, settings.stored, self._places, self.states, self._leave_list)
         self._radio = MenuRadio(keys, radio, self.states)
         self.message = MenuMessage(logs, self.states)
-        self._steps = MenuSteps(program, loader, self.states, self._leave_program)
+        self._steps = MenuSteps(program, self.states, self._leave_program)
         self.naming = self._steps.naming
         self.reset()
 
@@ -103,16 +104,14 @@ class Menu:
     def show_page(self) -> None:
         """Show the page again of the file that was started there."""
         self.states.begin(drawn=marks.PAGE)
-        self.runs = ""
+        self.runs = None
 
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
         self.states.begin(UiState.DRAWING)
-        self.runs = ""
+        self.runs = None
         if places.is_list(tuple(self._place[:-1])):
             self._show_files()
-            if not self.states.draws:
-                self.states.draw_last(self._page)
         else:
             self.states.draw_last(*drawing.FILE_PAGE)
 
@@ -134,7 +133,7 @@ class Menu:
         self.view.chosen, self.view.shown = self.view.chosen or self.view.shown, False  # a value is shown again
         last = UiState.ENTRY if state in keys else state
         later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > last]
-        self.runs = ""
+        self.runs = None
         self.states.begin(*later, drawn=marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn)
         if later:
             self.states.draw_last(drawn)
@@ -152,7 +151,7 @@ class Menu:
     @property
     def _ends_in_page(self) -> bool:
         """Whether the states of a key end in a file that is run, a value that is shown, or a log that is started."""
-        return bool(self.runs) or self.view.chosen or self.logs.begins
+        return self.runs is not None or self.view.chosen or self.logs.begins
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
@@ -166,7 +165,7 @@ class Menu:
                 self.naming.go_on(KEY_STATES[key], UiState.MENU)
             return
         self.states.begin()
-        self.runs = ""
+        self.runs = None
         self.states.show(KEY_STATES[key])
         if self._confirms is not None:
             self._answer(key)
@@ -232,8 +231,8 @@ class Menu:
         if places.action(tuple(self._place)) == places.RUN:
             self.states.draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
-        if not self.files.move(menu, self._place[-1]):
-            self._place.pop()
+        if places.is_list(menu):
+            self.files.move(menu, self._place[-1])
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -280,10 +279,16 @@ class Menu:
         return slow
 
     def _show_files(self) -> None:
-        """Show a list after the page of a file, or leave it if it is empty."""
+        """Show a list after the page of a file."""
         self._place[-1] = 0
-        if not self.files.show_first(tuple(self._place[:-1])):
-            self._place.pop()
+        self.files.show_first(tuple(self._place[:-1]))
+
+    def _leave_list(self) -> None:
+        """Lead up from a list without files."""
+        self._place.pop()
+        self.states.left.clear()
+        self.states.show(UiState.EXIT)
+        self.states.draw_last(self._page)
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
@@ -338,13 +343,9 @@ class Menu:
         elif answer == places.YES:
             self._place.pop()
             self._place[-1] = 0
-            if not self.files.delete(tuple(self._place[:-1])):
-                self._place.pop()
+            self.files.delete(tuple(self._place[:-1]))
 
     def _open(self, place: tuple[int, ...]) -> None:
-        if places.is_list(place) and not self._places.listed(place):
-            self.files.find_none()
-            return
         first = self._radio.first(place)
         if place == log_menu.DATA_LOG:
             self.logs.clear()

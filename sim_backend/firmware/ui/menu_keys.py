@@ -121,8 +121,8 @@ class MenuKeys:
         state = menu.states.next()
         if state is not None:
             registers.state, registers.next_step_ms = int(state), self._clock.now_ms + 1
-        elif menu.runs:
-            self._files.begin_from_menu()
+        elif menu.runs is not None:
+            self._files.begin_from_menu(menu.runs)
         elif menu.view.chosen:
             self._begin_view()
         elif menu.logs.begins:

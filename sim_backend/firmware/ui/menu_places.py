@@ -76,7 +76,9 @@ def moved(item: int, step: int, items: int) -> int:
     """Return the item to the left (-1) or right (1) of one: two stop at their ends, more are a ring; 0 are unknown."""
     if 0 < items <= _PAIR:
         return max(item - 1, 0) if step < 0 else max(item, items - 1)
-    return (item + step) % items if items else item + step
+    if items and item + step < 0:
+        return items - 1
+    return 0 if 0 < items <= item + step and step > 0 else item + step
 
 
 def lists_connections(menu: Place) -> bool:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.key_states import Action, KeyStates
+from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.name_entry import NameEntry
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, SAVE, ProgramSteps
@@ -19,7 +18,6 @@ class MenuSteps:
 
     Args:
         program: The program.
-        loader: Holds the files.
         states: Shows it.
         leave: Called when the program is saved, or without a name.
 
@@ -27,8 +25,8 @@ class MenuSteps:
         naming: The page where the program gets a name.
     """
 
-    def __init__(self, program: ProgramSteps, loader: Loader, states: KeyStates, leave: Callable[[], None]) -> None:
-        self._program, self._loader, self._states = program, loader, states
+    def __init__(self, program: ProgramSteps, states: KeyStates, leave: Callable[[], None]) -> None:
+        self._program, self._states = program, states
         self.naming = NameEntry(program, states, leave)
 
     def has(self, menu: Place) -> bool:
@@ -72,10 +70,8 @@ class MenuSteps:
         return [*place]
 
     def _run(self) -> None:
-        """Run the program, for which a file is missing; handle 0 is closed, whatever its file."""
-        started, last, program = marks.STARTED_WITH, len(marks.NOT_RUN) - 1, self._program
-        actions: dict[int, Action] = {started: program.start, started + 1: program.end}
-        actions[last] = partial(self._loader.close, 0)
-        self._states.draw_last(*marks.NOT_RUN, actions=actions)
+        """Run the program, for which a file is missing."""
+        started, program = marks.STARTED_WITH, self._program
+        self._states.draw_last(*marks.NOT_RUN, actions={started: program.start, started + 1: program.end})
         self._states.hold(started - 1 - len(marks.NOT_RUN), program.waits)
         self._states.hold(started + 1 - len(marks.NOT_RUN), program.runs)
