@@ -17,7 +17,7 @@ _RING = 128
 _LINE = 4096
 """Bytes that the line keeps at most."""
 _BUFFERED = 256
-"""Bytes that the receiver stores after it was opened, in two buffers; it counts later ones."""
+"""Bytes that the receiver's two buffers take; one that was set up only once does not store, but counts, later ones."""
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
@@ -59,7 +59,8 @@ class HighSpeed:
         self._ends_done, self._fetch_modulus = version.ends_high_speed, version.high_speed_modulus
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
-        self._opened_ms, self._fresh = NEVER, True
+        self._opened_ms = self._loses_ms = NEVER
+        self._fresh = self._set_up_once = True
         self._line, self._line_ms = b"", clock.now_ms
         self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
         self._stored, self._count = bytearray(), 0
@@ -134,10 +135,9 @@ class HighSpeed:
         self._ring[:] = content
 
     def arrive(self, data: bytes) -> None:
-        """Receive bytes; they are lost while the receiver is closed again, or opens."""
+        """Receive bytes; the next opening loses those that its buffers have taken while it was closed."""
         self._catch_up(self._clock.now_ms - 1)
-        if self._fresh or self._clock.now_ms >= self._opened_ms + _OPENING_MS:
-            self._line = (self._line + data)[:_LINE]
+        self._line = (self._line + data)[:_LINE]
 
     def fetch(self, size: int) -> bytes:
         """Remove and return up to `size` bytes."""
@@ -155,9 +155,11 @@ class HighSpeed:
     def _take(self, until_ms: int) -> None:
         """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
-        Beyond the bytes that the receiver stores, the ring gets the stored ones again.
+        Beyond the bytes that a receiver stores which was set up only once, the ring gets the stored ones again.
         A place behind the ring is followed by its first one.
         """
+        if self._loses_ms <= until_ms:
+            self._line, self._loses_ms = self._line[_BUFFERED:], NEVER
         first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
         for _ in range(first_ms, until_ms + 1):
             if not self._line:
@@ -165,9 +167,9 @@ class HighSpeed:
             room = _RING - self._count % _RING
             data, self._line = self._line[:room], self._line[room:]
             self._stored += data[: _BUFFERED - len(self._stored)]
-            for _ in data:
+            for byte in data:
                 if self._in < _RING:
-                    self._ring[self._in] = self._stored[self._count % _BUFFERED]
+                    self._ring[self._in] = self._stored[self._count % _BUFFERED] if self._set_up_once else byte
                 self._count += 1
                 self._in = self._in + 1 if self._in + 1 < _RING else 0
         self._line_ms = max(self._line_ms, until_ms + 1)
@@ -176,7 +178,9 @@ class HighSpeed:
         """Execute requests in the passes since then: initialising takes one, and requests receiving in the next."""
         while self._next_ms < until_ms and (self._flags & _UPDATE or self._remains):
             if self._state == HighSpeedState.INITIALISE:
-                self._clear()
+                self._take(self._next_ms)
+                self._stored, self._count = bytearray(), 0
+                self._lose(self._next_ms)
                 if self._opened_ms != NEVER:
                     self._opened_ms = self._next_ms
                 self._state = int(HighSpeedState.RECEIVE)
@@ -197,11 +201,13 @@ class HighSpeed:
     def _carry_out(self) -> None:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
+            self._take(self._next_ms)
             if self._opened_ms != NEVER:  # opened again
-                self._clear()
+                self._stored, self._count = bytearray(), 0
             self._opened_ms = self._next_ms
+            self._lose(self._next_ms + 1)
         elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
-            self._clear()
+            self._take(self._next_ms)
             self._opened_ms = NEVER
         elif self._state == HighSpeedState.SEND:
             if self._ends_done:
@@ -213,8 +219,6 @@ class HighSpeed:
         elif self._ends_done and self._state in _ENDED:
             self._state = int(HighSpeedState.DONE)
 
-    def _clear(self) -> None:
-        """Lose bytes that the receiver has not taken."""
-        self._take(self._next_ms)
-        self._line, self._fresh = self._line[_BUFFERED:], False
-        self._stored, self._count = bytearray(), 0
+    def _lose(self, at_ms: int) -> None:
+        """Lose, in a pass, what the receiver's buffers have taken, if they were set up before."""
+        self._loses_ms, self._set_up_once, self._fresh = NEVER if self._fresh else at_ms, self._fresh, False
