@@ -82,7 +82,7 @@ class SoundModule:
         self._handle: int | None = 0  # so the first sound or stop closes handle 0, whatever it belongs to
         self.due_ms = NEVER
         self.frequency_hz = self.duration_ms = self.sample_rate = 0
-        self.name = pack_name("! Startup.rso")
+        self.name, self._started = pack_name("! Startup.rso"), ""
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
@@ -191,6 +191,7 @@ class SoundModule:
         _, search, found = self._loader.find_first(unpack_name(self.name))
         if found is None:
             return
+        self._started = found.name
         self._loader.close(search)
         if not found.size:
             self._loader.open_read(found.name)
@@ -312,16 +313,18 @@ class SoundModule:
         return not status
 
     def _read_again(self) -> bytes:
-        """Open the file of the map, and read its first buffer; silence if it is missing.
+        """Open the file that was started last, and read its first buffer; silence if it is missing or empty.
 
         The handle of a failed look-up is kept, too: it is closed the next time, whatever it belongs to by then.
         """
         self._close_file()
-        _, self._handle, found = self._loader.find_first(unpack_name(self.name))
+        _, self._handle, found = self._loader.find_first(self._started)
         if found is None:
             return bytes(_BUFFER)
         self._loader.close(self._handle)
-        _, self._handle, _ = self._loader.open_read(found.name)
+        status, self._handle, _ = self._loader.open_read(found.name)
+        if status:
+            return bytes(_BUFFER)
         self._loader.read(self._handle, _HEADER.size)
         return self._loader.read(self._handle, _BUFFER)[1]
 
