@@ -358,7 +358,7 @@ class CommandModule:
         outcome = machine.run(now_ms, step=step)
         self._executes = False
         if self._tick_lag:
-            self._catch_up(machine, runs_on=outcome is None and machine.runs)
+            self._catch_up(machine, runs_on=outcome is None and (machine.runs or machine.full) and not step)
         if outcome is None:
             self.due_ms, self.calculates = machine.due_ms, machine.calculates
             return True

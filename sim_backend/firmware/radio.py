@@ -271,8 +271,9 @@ class Radio:
         self._settle()
         if self.seems_busy:
             return False
-        duration = 3 if self._on else 3 + _STREAM_ENDS_MS
+        duration = 3 if self._on or self._is_silent else 3 + _STREAM_ENDS_MS
         self._occupy(duration, Change(duration, Part.ANSWER, b""), answer_ms=5, late_ms=1)
+        self._is_silent = not self._on
         return True
 
     def reset(self) -> None:

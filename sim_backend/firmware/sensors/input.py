@@ -61,6 +61,17 @@ class InputModule:
             setattr(self.ports[number], name, int(value))
         self.wake()
 
+    def keep_type(self, number: int, sensor_type: int, mode: int) -> None:
+        """Give a port a type and mode, unless it has them."""
+        port = self.ports[number]
+        if (port.type, port.mode) != (sensor_type, mode):
+            self.store(number, type=sensor_type, mode=mode)
+
+    def drop_types(self) -> None:
+        """Leave all ports without types."""
+        for number in range(len(self.ports)):
+            self.store(number, type=SensorType.NONE)
+
     def plug_in(self, port: InputPort, sensor: object) -> None:
         """Handle a changed sensor, or None; the calibration of a colour sensor is read first."""
         port.color.plug_in(sensor if isinstance(sensor, ColorDevice) else None)

@@ -12,6 +12,7 @@ from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.states import Programs
+from sim_backend.firmware.ui.times import CHECK_MS
 
 FILE = "Tmp.log"
 """The log until it is stored under another name."""
@@ -135,6 +136,8 @@ class DataLog:
         passed_ms = now_ms - self._started_ms
         if passed_ms == 1:
             self._set_up()
+        elif passed_ms % CHECK_MS == 0:
+            self._keep_types()
         if passed_ms % _PERIOD_MS == _SAMPLED_MS:
             self._sample = [self._reading(port, value) for port, value in self._values]
         elif writes and passed_ms % _PERIOD_MS == _WRITTEN_MS:
@@ -145,7 +148,8 @@ class DataLog:
         elif (now_ms - self._drawn_ms) % _PERIOD_MS == 0:
             self._screen.mark(marks.LOG_TIME)
         events_ms = self._started_ms + _SAMPLED_MS, self._started_ms + _WRITTEN_MS, self._drawn_ms
-        return now_ms + min((event_ms - now_ms) % _PERIOD_MS or _PERIOD_MS for event_ms in events_ms)
+        waits_ms = min((event_ms - now_ms) % _PERIOD_MS or _PERIOD_MS for event_ms in events_ms)
+        return now_ms + min(waits_ms, CHECK_MS - passed_ms % CHECK_MS)
 
     def _set_up(self) -> None:
         """Set types and modes, and count motors from here on."""
@@ -155,6 +159,12 @@ class DataLog:
             else:
                 self._inputs.store(port, type=value.type, mode=value.mode)
         self.draws = True
+
+    def _keep_types(self) -> None:
+        """Give the inputs their types and modes again, if they have got others."""
+        for port, value in self._values:
+            if port < SENSOR_PORTS:
+                self._inputs.keep_type(port, value.type, value.mode)
 
     def choose(self, step: int) -> None:
         """Show the value to the left (-1) or right (1) from the next pass on.
@@ -169,7 +179,8 @@ class DataLog:
             count = self._outputs.controls[port - SENSOR_PORTS].count
             return f"{count / _TURN:.0f}" if value is _ROTATIONS else str(count)
         sensor = self._inputs.ports[port]
-        return "-" if sensor.invalid else str(sensor.scaled)
+        unread = sensor.invalid or value.type is SensorType.LOW_SPEED_9V  # as from a port without an I2C sensor
+        return "-" if unread else str(sensor.scaled)
 
     def _write(self, *columns: object) -> bool:
         """Write a line, and return whether it fits."""
@@ -180,6 +191,4 @@ class DataLog:
         """Close the file, and leave the inputs without types."""
         self.runs = False
         self._loader.crop(self._handle)
-        for port, _ in self._values:
-            if port < SENSOR_PORTS:
-                self._inputs.store(port, type=SensorType.NONE)
+        self._inputs.drop_types()

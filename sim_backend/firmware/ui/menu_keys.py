@@ -14,6 +14,7 @@ from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.times import CHECK_MS
 
 
 class MenuKeys:
@@ -29,7 +30,7 @@ class MenuKeys:
         screen: ScreenRefresh,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
-        self._screen, self._drawn_ms = screen, 0
+        self._screen, self._drawn_ms, self._checked_ms = screen, 0, 0
 
     @property
     def active(self) -> bool:
@@ -61,6 +62,9 @@ class MenuKeys:
             if key == Key.EXIT:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
+            elif key == Key.ENTER:
+                self._checked_ms = now_ms
+                self._await_value()
         elif key:
             if menu.message.shown:
                 self.close_message()
@@ -146,16 +150,26 @@ class MenuKeys:
         self._registers.set(UiFlag.BUSY | UiFlag.REDRAW_STATUS)
         self._screen.mark(marks.VALUE)
         view.shown, self._drawn_ms = True, self._clock.now_ms
-        if view.delays:
+        self._checked_ms = self._drawn_ms
+        if view.modern:
             self._registers.next_step_ms = self._clock.now_ms + 1
         else:
             self.show_value()
 
     def show_value(self) -> None:
-        """Set up the port of the value that is shown, or draw the value again."""
+        """Set up the port of the value that is shown, check it, or draw the value again."""
         view, now_ms = self._menu.view, self._clock.now_ms
         if view.chosen:
             view.set_up()
         else:
-            self._screen.mark(marks.VALUE_AGAIN)
-        self._registers.next_step_ms = now_ms + view.period_ms - (now_ms - self._drawn_ms) % view.period_ms
+            if (now_ms - self._checked_ms) % CHECK_MS == 0:
+                view.keep_types()
+            if (now_ms - self._drawn_ms) % view.period_ms == 0:
+                self._screen.mark(marks.VALUE_AGAIN)
+        self._await_value()
+
+    def _await_value(self) -> None:
+        """Wait for the next check of the inputs, which enter delays, or the next drawing of the value."""
+        now_ms, period_ms = self._clock.now_ms, self._menu.view.period_ms
+        check_ms = CHECK_MS - (now_ms - self._checked_ms) % CHECK_MS
+        self._registers.next_step_ms = now_ms + min(check_ms, period_ms - (now_ms - self._drawn_ms) % period_ms)

@@ -65,14 +65,14 @@ class SensorView:
     Attributes:
         chosen: Whether the page is about to be shown, or its port to be set up.
         shown: Whether the page is shown.
-        delays: Whether the port is set up one pass after the beginning of the page.
+        modern: Whether ports are set up one pass after the beginning of the page, and keep their types.
         period_ms: Time from one drawing of the value to the next.
     """
 
     def __init__(self, inputs: InputModule, outputs: OutputModule, *, modern: bool) -> None:
         self._inputs, self._outputs = inputs, outputs
         self.chosen = self.shown = False
-        self.delays, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
+        self.modern, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
         self._ports: dict[int, _Value] = {}
 
@@ -94,7 +94,7 @@ class SensorView:
             return False
         self.chosen, (_, item, port) = True, place
         value = self._values[item]
-        if not self.delays or any((value is _MOTOR) != (other is _MOTOR) for other in self._ports.values()):
+        if not self.modern or any((value is _MOTOR) != (other is _MOTOR) for other in self._ports.values()):
             self.clear()
         self._ports[port] = value
         return True
@@ -114,9 +114,13 @@ class SensorView:
             else:
                 self._inputs.store(port, type=value[0], mode=value[1])
 
+    def keep_types(self) -> None:
+        """Give the inputs that were shown their types and modes again, if they have got others."""
+        for port, value in self._ports.items() if self.modern else ():
+            if value and value[1] is not None:
+                self._inputs.keep_type(port, value[0], value[1])
+
     def end(self) -> None:
-        """Leave the page: the inputs have no types then."""
+        """Leave the page: the inputs have no types then, whatever was shown."""
         self.shown = False
-        for port, value in self._ports.items():
-            if value:
-                self._inputs.store(port, type=SensorType.NONE)
+        self._inputs.drop_types()

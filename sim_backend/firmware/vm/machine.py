@@ -58,6 +58,7 @@ class Machine:
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         random_state, random_seed: The last random number of firmware 1.32, and where they began.
         semaphores: Two bytes of the firmware for programs.
+        full: Whether the last instruction, which may have suspended its clump, filled the pass.
         calculates: Whether the last instructions of the last turn only calculated, so that it may be able to run ahead.
         turn_start: The word at which this turn began.
         asked_time: Number of instructions of this turn that read the time.
@@ -96,7 +97,7 @@ class Machine:
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
         self.now_ms = self.lag = self.asked_time = self._turns_left = self.error = self.turn_start = 0
-        self._stopped, self.calculates, self._done_ahead = False, False, 0
+        self._stopped, self.calculates, self.full, self._done_ahead = False, False, False, 0
         if self.runs:
             self.task = self.tasks[self.queue.first]
 
@@ -135,7 +136,7 @@ class Machine:
         """Run one pass, or one instruction; return the outcome, or None while the program runs."""
         if self.spins:
             self._skip_spinning(now_ms)
-        self.now_ms = now_ms
+        self.now_ms, self.full = now_ms, False
         self.memory.begin_pass()
         if self._sleeping.ends[0] != NO_CLUMP:
             self._wake()
@@ -201,6 +202,7 @@ class Machine:
                     most, several = turns * TURN, True
             done, ended = self._turn(most if most < instructions else instructions, several=several)
             instructions -= done
+            self.full = instructions <= ended
             turns -= (-(-done // TURN) or 1) + self.asked_time
             if self.lag:
                 turns = min(turns, self._turns - 1)
