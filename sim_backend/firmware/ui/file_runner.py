@@ -239,7 +239,7 @@ class FileRunner:
             self._steps, self._run = self._menu.program.open(unpack_name(self._file)), Run.ENDED
             if self._steps:
                 self._screen.mark(marks.OPENS_STEPS)
-                self._parts, self._run = [*marks.STEPS], Run.STEPS
+                self._parts, self._run = [*self._menu.program.drawn_file], Run.STEPS
         elif self._keys.read_button() is None:
             self._run = Run.LOG
         else:
@@ -249,7 +249,8 @@ class FileRunner:
 
     def _draw_steps(self) -> None:
         """Draw the next part of a program made on the brick, for which a file is missing."""
-        program, drawn = self._menu.program, len(marks.STEPS) - len(self._parts)
+        program = self._menu.program
+        drawn = len(program.drawn_file) - len(self._parts)
         held = {marks.STARTED_WITH - 1: program.waits, marks.STARTED_WITH + 1: program.runs}
         if drawn in held and held[drawn]():
             return

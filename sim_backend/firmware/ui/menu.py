@@ -78,7 +78,9 @@ class Menu:
         self.program, self.view, self.logs = program, view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
-        self.files = MenuFiles(loader, settings.stored, self._places, self.states, self._leave_list)
+        self.files = MenuFiles(
+            loader, settings.stored, self._places, self.states, leave=self._leave_list, sounds=program.waits
+        )
         self._radio = MenuRadio(keys, radio, self.states)
         self.message = MenuMessage(logs, self.states)
         self._steps = MenuSteps(program, self.states, self._leave_program)

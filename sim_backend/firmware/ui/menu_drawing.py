@@ -38,6 +38,11 @@ SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
 STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, before=1)
 LOG_NOT_BEGUN = LOG_FAILED[:-1]
 """The messages that a data log was stored, that it could not go on, and that none could begin."""
+ERASED_AFTER = 2
+"""Number of the pass of the message that all files of a type were deleted which deletes them, and then draws."""
+ERASED = _message(_ERASED_MS, before=4)
+ERASED[ERASED_AFTER] = marks.ERASED
+"""That message."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))
@@ -53,13 +58,6 @@ SAVED, NOT_SAVED = _message(1619, before=1), [*_message(130, before=0)[:-1], mar
 """The messages that a program made on the brick was saved, and that there is a file of that name, before its page."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
 """The end of a data log that is deleted."""
-
-
-def erased(files: int) -> list[Marks]:
-    """Return the drawing of the message that all files of a type were deleted, one in each pass from the third on."""
-    drawn = _message(_ERASED_MS + files, before=4 + files)
-    drawn[2 + files] = marks.ERASED
-    return drawn
 
 
 def page(place: Place, *, makes_program: bool) -> Marks:

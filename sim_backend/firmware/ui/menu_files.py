@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
+from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.ui import data_log, log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
@@ -26,6 +27,7 @@ class MenuFiles:
         places: Lists the files.
         states: Shows it.
         leave: Called to leave a list that has no files.
+        sounds: Returns whether a sound plays.
 
     Attributes:
         chosen: Name of the file that was opened or chosen in a list last.
@@ -33,10 +35,17 @@ class MenuFiles:
     """
 
     def __init__(
-        self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates, leave: Callable[[], None]
+        self,
+        loader: Loader,
+        stored: StoredSettings,
+        places: Places,
+        states: KeyStates,
+        *,
+        leave: Callable[[], None],
+        sounds: Callable[[], bool],
     ) -> None:
         self._loader, self._stored, self._places, self._states = loader, stored, places, states
-        self._leave = leave
+        self._leave, self._sounds = leave, sounds
         self.chosen, self.shown = "", 0
 
     def enter(self, menu: Place) -> None:
@@ -116,8 +125,13 @@ class MenuFiles:
         self._loader.rename(data_log.FILE, f"OBD_{self._stored.logs}.log")
 
     def erase(self, item: int) -> None:
-        """Delete all files of a type, one in each pass."""
-        names = self._places.erased(item)
-        deletes = [partial(self._loader.delete, name) for name in names]
-        self._states.draw_last(*drawing.erased(len(names)), actions=dict(enumerate(deletes, 2)))
+        """Delete all files of a type, one in each pass, once no sound plays; one that is open is awaited."""
+        states, at = self._states, drawing.ERASED_AFTER - len(drawing.ERASED)
+        states.draw_last(*drawing.ERASED)
+        states.hold(at - 1, self._sounds)
+        states.hold(at, partial(self._erases, self._places.erased(item)))
         self._states.show(UiState.EXIT)
+
+    def _erases(self, pattern: str) -> bool:
+        """Delete the first file that matches; return whether there was one, which may be open."""
+        return self._loader.delete(pattern) in (Status.OK, Status.FILE_IS_BUSY)

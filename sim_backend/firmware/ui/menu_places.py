@@ -128,9 +128,9 @@ class Places:
         """Return the names of a list of files."""
         return self._files(extension(menu))
 
-    def erased(self, item: int) -> Sequence[str]:
-        """Return the names of the files that an item of the page to delete files of a type deletes."""
-        return self._files(self._types[item % len(self._types)])
+    def erased(self, item: int) -> str:
+        """Return the pattern of the files that an item of the page to delete files of a type deletes."""
+        return "*" + self._types[item % len(self._types)]
 
     @property
     def _types(self) -> Sequence[str]:

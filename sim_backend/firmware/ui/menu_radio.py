@@ -22,6 +22,9 @@ from sim_backend.firmware.ui.states import UiState
 _VISIBLE_MS = 5
 """Passes in which the radio becomes visible or not; the state changes in the last but one."""
 
+_READS_KEYS_MS = 6
+"""Passes of a search that read keys, before its message."""
+
 
 class MenuRadio:
     """Changes the radio, with the states of a key that show it.
@@ -56,7 +59,8 @@ class MenuRadio:
         elif place == places.SEARCH:
             states.draw_last(*drawing.SEARCHED)
             states.add(UiState.DRAWING)
-            states.draw_last(*drawing.FOUND_NONE, actions={0: self._read_key})
+            reads = {at: partial(self._read_key, len(drawing.FOUND_NONE) - at - 1) for at in range(_READS_KEYS_MS)}
+            states.draw_last(*drawing.FOUND_NONE, actions=reads)
             page = place
         elif place == places.CONTACTS:
             states.draw_last(marks.MENU)
@@ -69,11 +73,10 @@ class MenuRadio:
             page = place
         return [*page]
 
-    def _read_key(self) -> None:
-        """Take a key; exit aborts the search."""
+    def _read_key(self, left: int) -> None:
+        """Take a key; exit aborts the search, of which some passes are left."""
         if self._keys.read_silently() == Key.EXIT:
-            drawn = drawing.BROKEN_OFF[1:]
-            self._states.left[: len(drawing.FOUND_NONE) - 1] = [Pass(UiState.DRAWING, each) for each in drawn]
+            self._states.left[:left] = [Pass(UiState.DRAWING, each) for each in drawing.BROKEN_OFF[1:]]
 
     def _show(self, *, visible: bool) -> None:
         """Make the radio visible to others, or not."""

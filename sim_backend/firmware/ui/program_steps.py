@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from firmware_protocol.iomap import ProgramStatus
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
@@ -83,6 +85,12 @@ class ProgramSteps:
         return marks.FIRST_STEP if len(menu) == _FIRST else self._drawn(1), marks.PAGE
 
     @property
+    def drawn_file(self) -> Sequence[Marks]:
+        """The drawing, pass by pass, of a file with such a program; like the page after the last step behind that."""
+        first, *others = marks.NOT_RUN[:-1]
+        return marks.FIRST_STEP if self._step < len(_CHOICES) else first, *others
+
+    @property
     def drawn_back(self) -> Marks:
         """The drawing of the step before."""
         return self._drawn(-1)
@@ -138,7 +146,7 @@ class ProgramSteps:
     def open(self, name: str) -> bytes:
         """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program.
 
-        A file that cannot be opened leaves the last program.
+        A file that cannot be opened leaves the last program, and an unknown step the icon that was there.
         """
         loader, content = self._loader, self._last
         status, handle, _ = loader.open_read(name)
@@ -148,7 +156,8 @@ class ProgramSteps:
         if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
             return b""
         self._store(content)
-        return bytes(_ICONS.get(code, 0) for code in content[len(_HEADER) :])
+        steps = zip(content[len(_HEADER) :], self.icons, strict=False)
+        return bytes(_ICONS.get(code, icon) for code, icon in steps)
 
     def leave(self, place: Place) -> None:
         """Go back from a step, or from the page after the last one, and forget the choice there.

@@ -52,8 +52,8 @@ NOT_RUN = (
 """The start of that program without the file that runs it, pass by pass."""
 STARTED_WITH = 2
 """Number of the pass of these in which it is started."""
-OPENS_STEPS, STEPS = Marks(0x8), (FIRST_STEP, *NOT_RUN[1:-1])
-"""A file with such a program, before its end: as it is opened, and then pass by pass."""
+OPENS_STEPS = Marks(0x8)
+"""A file with such a program that is opened."""
 VALUE, VALUE_AGAIN = Marks(0x4000_0000, 0x10_0000, drop=_ALL, keeps_centered=True), Marks(update=0x8)
 """The value of a sensor or motor, besides the status bar, and the same later."""
 LIST = Marks(0x8000_0000, 0x4)
