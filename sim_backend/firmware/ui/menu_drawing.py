@@ -38,10 +38,10 @@ SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
 STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, before=1)
 LOG_NOT_BEGUN = LOG_FAILED[:-1]
 """The messages that a data log was stored, that it could not go on, and that none could begin."""
-ERASED_AFTER = 2
-"""Number of the pass of the message that all files of a type were deleted which deletes them, and then draws."""
+DELETES_AFTER = 2
+"""Number of the pass of these messages that deletes the file, or the files and then draws."""
 ERASED = _message(_ERASED_MS, before=4)
-ERASED[ERASED_AFTER] = marks.ERASED
+ERASED[DELETES_AFTER] = marks.ERASED
 """That message."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""

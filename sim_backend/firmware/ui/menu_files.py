@@ -107,9 +107,11 @@ class MenuFiles:
         self._states.show(UiState.EXIT)
 
     def delete(self, menu: Place) -> None:
-        """Delete the chosen file of a list, and draw what is left of that."""
-        self._states.draw_last(*drawing.DELETED, actions={0: partial(self._loader.delete, self.chosen)})
-        self._states.show(UiState.EXIT)
+        """Delete the chosen file of a list, once no sound plays, and draw what is left of that."""
+        states, at = self._states, drawing.DELETES_AFTER
+        states.draw_last(*drawing.DELETED, actions={at: partial(self._loader.delete, self.chosen)})
+        states.hold(at - 1 - len(drawing.DELETED), self._sounds)
+        states.show(UiState.EXIT)
         self.show_first(menu)
 
     def keep_log(self, item: int) -> None:
@@ -126,7 +128,7 @@ class MenuFiles:
 
     def erase(self, item: int) -> None:
         """Delete all files of a type, one in each pass, once no sound plays; one that is open is awaited."""
-        states, at = self._states, drawing.ERASED_AFTER - len(drawing.ERASED)
+        states, at = self._states, drawing.DELETES_AFTER - len(drawing.ERASED)
         states.draw_last(*drawing.ERASED)
         states.hold(at - 1, self._sounds)
         states.hold(at, partial(self._erases, self._places.erased(item)))
