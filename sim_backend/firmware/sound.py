@@ -201,7 +201,7 @@ class SoundModule:
             return
         self._close_file()
         _, handle, size = self._loader.open_read(found.name)
-        self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts else 0.0
+        self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts or not self._outlasts(now_ms) else 0.0
         self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
         if interrupts:
             self.tone, self.from_file = None, False
@@ -361,9 +361,14 @@ class SoundModule:
         self._ends_ms = self._next_ms = self._waves.begin(frequency_hz, duration_ms, now_ms, rest_ms)
 
     def _rest_of_sample(self, now_ms: int) -> float:
-        """Return how long the sample of a file that is on the loudspeaker still takes."""
-        ends_ms = max(self._queue, default=0.0)
-        return (ends_ms - now_ms) % self._sample_ms if now_ms < ends_ms else 0.0
+        """Return how long the sample of a file that is on the loudspeaker still takes, a whole one in its last pass."""
+        if self._outlasts(now_ms):
+            return (self._queue[-1] - now_ms) % self._sample_ms
+        return self._sample_ms if self._outlasts(now_ms - 1) else 0.0
+
+    def _outlasts(self, now_ms: int) -> bool:
+        """Return whether a file is on the loudspeaker until after a pass."""
+        return bool(self._queue) and now_ms < self._queue[-1]
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""
