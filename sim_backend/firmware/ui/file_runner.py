@@ -189,7 +189,7 @@ class FileRunner:
         That of a data log, which shows nothing, reads one also in the pass in which it begins.
         """
         if self._registers.runs_file and self._run is Run.LOG:
-            unread = self._keys.read_button() is not None
+            unread = bool(self._keys.read_silently())
             if unread:
                 self._begin_message(self._clock.now_ms)
             return unread
@@ -240,7 +240,7 @@ class FileRunner:
             if self._steps:
                 self._screen.mark(marks.OPENS_STEPS)
                 self._parts, self._run = [*self._menu.program.drawn_file], Run.STEPS
-        elif self._keys.read_button() is None:
+        elif not self._keys.read_silently():
             self._run = Run.LOG
         else:
             self._keys.click()
