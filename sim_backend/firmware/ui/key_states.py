@@ -88,6 +88,10 @@ class KeyStates:
         at = [each.state for each in self.left].index(UiState.DRAWING)
         self.left[at] = self.left[at]._replace(action=action)
 
+    def act_last(self, action: Action) -> None:
+        """Do something at the end of the last pass."""
+        self.left[-1] = self.left[-1]._replace(action=action)
+
     def draw_last(self, *drawn: Marks, actions: Mapping[int, Action] | None = None) -> None:
         """Show the last state, DRAWING, for a pass for each of the marks, which are made at the end of the pass.
 

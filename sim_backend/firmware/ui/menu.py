@@ -243,7 +243,7 @@ class Menu:
         if places.asks_to_delete(tuple(self._place[:-1])) and self._place[-1] == places.YES:
             self._place.pop()
         if tuple(self._place[:-1]) == places.VOLUME:
-            self.states.act(partial(self._settings.set_volume, self._volume))
+            self.states.act_last(partial(self._settings.set_volume, self._volume))
             self.states.show(UiState.EXIT)
             self._place.pop()
         left, self._place = self._place, self._place[:-1]
