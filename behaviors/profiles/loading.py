@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import sys
 from importlib import import_module
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from traceback import walk_tb
 from typing import Any
 
@@ -62,10 +62,16 @@ def _imported(name: str) -> object:
     module, _, attribute = name.partition(":")
     if not attribute:
         raise ModuleNotFoundError(f"no installed package offers {name!r}")
+    if _is_path(module):
+        raise ModuleNotFoundError(f"{module!r} is a path, not the name of a module")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)
     return getattr(import_module(module), attribute)
+
+
+def _is_path(module: str) -> bool:
+    return module.startswith(".") or "/" in module or "\\" in module
 
 
 def _raised_at(error: BaseException) -> str:
@@ -79,6 +85,9 @@ def _raised_at(error: BaseException) -> str:
 
 def _remedy(name: str, error: BaseException) -> str:
     module, _, attribute = name.partition(":")
+    if _is_path(module):
+        stem = PureWindowsPath(module.removesuffix(".py")).name  # it takes both kinds of slashes
+        return f"name it as {stem}:{attribute} in the folder of {stem}.py."
     if module.endswith(".py"):
         return f"leave out `.py`: {Path(module).stem}:{attribute}."
     if isinstance(error, ModuleNotFoundError) and error.name and not f"{module}.".startswith(f"{error.name}."):

@@ -89,6 +89,9 @@ def test_a_built_in_profile_keeps_its_name(tmp_path):
         ("odd:Profile", "odd.py:1: ZeroDivisionError: division by zero; correct that line."),
         ("missing:Profile", "name it as module:Class in the folder of module.py"),
         ("patient.py:Patient", "leave out `.py`: patient:Patient."),
+        ("./patient:Patient", "name it as patient:Patient in the folder of patient.py."),
+        ("my profiles\\patient.py:Patient", "name it as patient:Patient in the folder of patient.py."),
+        ("../profiles/patient.py:Patient", "'../profiles/patient.py' is a path, not the name of a module;"),
         ("patient:Nobody", "correct the name of the class, or write it in {folder}/patient.py."),
         ("slip:Profile", "{folder}/slip.py:2: SyntaxError: expected ':'; correct that line."),
         (
