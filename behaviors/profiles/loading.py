@@ -87,7 +87,7 @@ def _remedy(name: str, error: BaseException) -> str:
     module, _, attribute = name.partition(":")
     if _is_path(module):
         stem = PureWindowsPath(module.removesuffix(".py")).name  # it takes both kinds of slashes
-        return f"name it as {stem}:{attribute} in the folder of {stem}.py."
+        return f"name it as {stem}:{attribute or 'CLASS'} in the folder of {stem}.py."
     if module.endswith(".py"):
         return f"leave out `.py`: {Path(module).stem}:{attribute}."
     if isinstance(error, ModuleNotFoundError) and error.name and not f"{module}.".startswith(f"{error.name}."):
