@@ -26,12 +26,16 @@ if TYPE_CHECKING:
     from nxtdrive.tools.calibrate.session import CalibrationResult
     from nxtdrive.transports.address import Address
 
-DESCRIPTION = r"""\ Measure how the robot is built, and write it to a robot file: the camera's field of view, position,
-angles and latency; the wheels' diameter, mismatch and track; the sonar's position; the motors' directions; how a colour
-looks. The robot drives in front of a sheet of markers: print it with --sheet, hang it on a wall with its middle as high
-as the lens, and put the robot one metre in front of it, with a metre of free floor all around. With sim://, the
-default, it does so in the simulated room sim://calibration, with --ruler in sim://empty, and learns colours in
-sim://colors. Values that are too uncertain are refused, and the file stays as it was."""
+DESCRIPTION = """\
+Measure how the robot is built, and write it to a robot file: the camera's field
+of view, position, angles and latency; the wheels' diameter, mismatch and track;
+the sonar's position; the motors' directions; how a colour looks. The robot drives
+in front of a sheet of markers: print it with --sheet, hang it on a wall with its
+middle as high as the lens, and put the robot one metre in front of it, with a
+metre of free floor all around. With sim://, the default, it does so in the
+simulated room sim://calibration, with --ruler in sim://empty, and learns colours
+in sim://colors. Values that are too uncertain are refused, and the file stays as
+it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate

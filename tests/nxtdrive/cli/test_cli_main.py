@@ -80,6 +80,7 @@ def test_matrix_products_take_one_thread_unless_the_user_sets_more(chosen, threa
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_with_examples_that_parse(command, capsys):
     text = _help(capsys, command)
+    assert text.split("\n\n")[1][0].isalpha()
     examples = _examples(text.split("examples:")[1])
     assert examples
     for example in examples:
