@@ -33,10 +33,10 @@ MARKERS = (
 )
 LIBRARY = {"nxtdrive", "behaviors", "sim_backend", "firmware_protocol", "input_files", *sys.stdlib_module_names}
 """Packages whose lines are not those of the program that a test runs."""
-SECOND_INTERRUPT_S = 0.5
-"""A test over its limit is interrupted again after this: its program may catch everything."""
-INTERRUPTS = 10
-"""A program that has caught so many interrupts is ended with the whole test run."""
+INTERRUPT_EVERY_S = 0.5
+"""Time between the interrupts of a test over its limit: its program may catch everything."""
+MAX_INTERRUPTS = 10
+"""A program that catches this many interrupts is ended with the whole test run."""
 INSTALLED = tuple(sysconfig.get_paths()[name] for name in ("purelib", "platlib"))
 
 
@@ -80,15 +80,15 @@ def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
         return
     over, done = threading.Event(), threading.Event()
     places: list[str] = []
+    still_runs = f"The program still runs after {seconds:g} s"
 
-    def failed(place: str) -> BaseException:
-        text = f"{place}The program still runs after {seconds:g} s. Does your loop ever end?"
-        return pytest.fail.Exception(text, pytrace=False)
+    def failed() -> BaseException:
+        return pytest.fail.Exception(f"{places[0]}{still_runs}. Does your loop ever end?", pytrace=False)
 
     def interrupted(number: int, frame: FrameType | None) -> None:
         if over.is_set():
             places.append(_place(reversed(list(walk_stack(frame)))))
-            raise failed(places[0])
+            raise failed()
         if callable(before):  # Ctrl-C
             before(number, frame)
 
@@ -96,12 +96,10 @@ def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
         wait_s = seconds
         while not done.wait(wait_s):
             over.set()
-            if len(places) >= INTERRUPTS:
-                _end_run(
-                    config, f"{places[0]}The program still runs after {seconds:g} s and catches what should end it"
-                )
+            if len(places) >= MAX_INTERRUPTS:
+                _end_run(config, f"{places[0]}{still_runs} and catches what should end it")
             interrupt_main()
-            wait_s = SECOND_INTERRUPT_S
+            wait_s = INTERRUPT_EVERY_S
 
     before = signal.signal(signal.SIGINT, interrupted)
     timer = threading.Thread(target=end, daemon=True)
@@ -115,7 +113,7 @@ def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
         finally:
             signal.signal(signal.SIGINT, before)
             if places and not _ending():  # the program may have caught it
-                raise failed(places[0]) from None
+                raise failed() from None
 
 
 def _ending() -> bool:
