@@ -66,7 +66,7 @@ def _line_of(error: ValueError, text: str) -> str:
     twice = TWICE.match(str(error))
     if number is None and not twice:
         return f". {REMEDY}"
-    line = (text.split("\n")[: int(number[1])] if number else text.rstrip().split("\n"))[-1].strip()
+    line = (text.split("\n")[int(number[1]) - 1] if number else text.rstrip().split("\n")[-1]).strip()
     if twice:
         hint = "It is there twice: give one another name, or remove it."
     else:

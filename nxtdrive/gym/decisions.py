@@ -104,22 +104,8 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         self._eyes, self._cost_per_s = check_eyes(eyes), check_cost(cost_per_s)
         self._ongoing: _OngoingMission | None = None
         self._ended = False
-        highest = np.array(
-            [
-                1,
-                MAX_OBSERVED_COUNT,
-                MAX_OBSERVED_COUNT,
-                MAX_OBSERVED_COUNT,
-                LONGEST_S,
-                MAX_OBSERVED_COUNT,
-                MAX_OBSERVED_COUNT,
-                1,
-                10,
-                1,
-                LONGEST_S,
-            ],
-            np.float32,
-        )
+        many = MAX_OBSERVED_COUNT
+        highest = np.array([1, many, many, many, LONGEST_S, many, many, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
         self.observation_space = spaces.Dict(
             {

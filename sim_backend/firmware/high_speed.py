@@ -17,7 +17,7 @@ _RING = 128
 _LINE = 4096
 """Bytes that the line keeps at most."""
 _BUFFERED = 256
-"""Bytes that the receiver's two buffers take; one that was set up only once does not store, but counts, later ones."""
+"""Bytes that the receiver's two buffers hold; one that was set up only once counts further bytes but loses them."""
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
@@ -155,7 +155,7 @@ class HighSpeed:
     def _take(self, until_ms: int) -> None:
         """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
-        Beyond the bytes that a receiver stores which was set up only once, the ring gets the stored ones again.
+        Once a receiver that was set up only once is full, the ring gets the stored bytes again.
         A place behind the ring is followed by its first one.
         """
         if self._loses_ms <= until_ms:
@@ -221,4 +221,5 @@ class HighSpeed:
 
     def _lose(self, at_ms: int) -> None:
         """Lose, in a pass, what the receiver's buffers have taken, if they were set up before."""
-        self._loses_ms, self._set_up_once, self._fresh = NEVER if self._fresh else at_ms, self._fresh, False
+        self._loses_ms = NEVER if self._fresh else at_ms
+        self._set_up_once, self._fresh = self._fresh, False

@@ -121,9 +121,8 @@ class World:
             case "mute":
                 self.usb.device.mute = value
             case "radio" if self.radio is not None:
-                {"vanish": self.radio.leave_range, "return": self.radio.enter_range, "hang up": self.radio.disconnect}[
-                    value
-                ]()
+                radio = self.radio
+                {"vanish": radio.leave_range, "return": radio.enter_range, "hang up": radio.disconnect}[value]()
             case "pin" if self.radio is not None:
                 self.radio.ask_for_pin(value)
             case "cover":

@@ -132,7 +132,7 @@ class MenuFiles:
         states.draw_last(*drawing.ERASED)
         states.hold(at - 1, self._sounds)
         states.hold(at, partial(self._erases, self._places.erased(item)))
-        self._states.show(UiState.EXIT)
+        states.show(UiState.EXIT)
 
     def _erases(self, pattern: str) -> bool:
         """Delete the first file that matches; return whether there was one, which may be open."""
