@@ -264,13 +264,13 @@ class SimWorld:
         """Plug a device of `sim_backend.devices` into port 1..4, or unplug what is there with None.
 
         Raises:
-            ConfigError: It is no device.
+            ConfigError: It is not a device.
         """
         if sensor is not None and (
             isinstance(sensor, type) or not (hasattr(sensor, "raw") or hasattr(sensor, "address"))
         ):
             remedy = "Make one of sim_backend.devices, as in TouchSensor(lambda: True)."
-            raise ConfigError(f"{sensor!r} is no device.", remedy=remedy)
+            raise ConfigError(f"{sensor!r} is not a device.", remedy=remedy)
         self.simulation.brick.attach_sensor(port, sensor)
         return self
 

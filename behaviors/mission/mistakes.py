@@ -80,12 +80,12 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
 
 
 def _unknown(path: Sequence[int | str], value: object, here: Collection[str], model: type[BaseModel]) -> str:
-    """Say where a key or a whole table belongs that is not known where it stands, or name the nearest known key."""
+    """Return where an unknown key, or the keys of an unknown table, belong, or the nearest known key."""
     key = str(path[-1])
     if len(path) == 1 and isinstance(value, dict):
         tables = {homes for each in value if (homes := _homes(str(each), model))}
         if len(tables) == 1 and f"[{nearest(key, model.model_fields)}]" not in (fitting := tables.pop()):
-            return f"there is no such table; what it has belongs in {fitting}"
+            return f"there is no such table; its keys belong in {fitting}"
     homes = _homes(key, model)
     return f"belongs in the table {homes}" if homes else f"unknown key; {_advice(key, here)}"
 

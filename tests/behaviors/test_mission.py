@@ -190,9 +190,9 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         (GOOD.replace("[target.", "[targets."), "targets: the table of a target is [target.box]"),
         (GOOD.replace("[target.box]", '[targets."my box"]'), 'targets: the table of a target is [target."my box"]'),
         (GOOD.replace("[target.box]", "[target]"), "target.detector: belongs in the table [target.NAME]"),
-        (GOOD.replace("[target.box]", "[box]"), "box: there is no such table; what it has belongs in [target.NAME]"),
-        (GOOD + "[wheels]\nleft = 'A'\ntrack = 3\n", "wheels: there is no such table; what it has belongs in [robot]"),
-        (GOOD + "[motors]\nleft = 'A'\n", "motors: there is no such table; what it has belongs in [robot]"),
+        (GOOD.replace("[target.box]", "[box]"), "box: there is no such table; its keys belong in [target.NAME]"),
+        (GOOD + "[wheels]\nleft = 'A'\ntrack = 3\n", "wheels: there is no such table; its keys belong in [robot]"),
+        (GOOD + "[motors]\nleft = 'A'\n", "motors: there is no such table; its keys belong in [robot]"),
         (GOOD + "[camra]\nhfov_deg = 60\n", "camra: unknown key; did you mean 'camera'?"),
         (GOOD.replace("[target.box]", "[[target]]"), "target: it must be a table with a name, [target.NAME], not ["),
         (

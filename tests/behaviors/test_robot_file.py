@@ -84,7 +84,7 @@ def test_a_mission_made_by_a_program_takes_a_robot_file_too():
         (MISSION, r"robot\.toml is a mission, not a robot file"),
         ("[floor]\nsize_mm = [1, 1]\n[robot]\nstart_mm = [1, 1]\n", r"robot\.toml is a world, not a robot file"),
         ("[[boxes]]\nname = 'a'\n", "boxes"),
-        ("[motor]\nleft_reversed = true\n", r"motor: there is no such table; what it has belongs in \[robot\]"),
+        ("[motor]\nleft_reversed = true\n", r"motor: there is no such table; its keys belong in \[robot\]"),
         ("no toml", "is not TOML"),
     ],
 )

@@ -149,7 +149,7 @@ def test_a_scripted_distance_may_have_a_fraction(sim_world, sim_brick):
 
 @pytest.mark.parametrize("sensor", [17, "touch", TouchSensor, lambda: True])
 def test_what_is_no_device_cannot_be_plugged_in(sim_world, sensor):
-    with pytest.raises(ConfigError, match=r"is no device\. .* as in TouchSensor\(lambda: True\)"):
+    with pytest.raises(ConfigError, match=r"is not a device\. .* as in TouchSensor\(lambda: True\)"):
         sim_world.plug(2, sensor)
 
 

@@ -101,10 +101,11 @@ def _stop(args: argparse.Namespace, brick: Brick) -> int:
 
 
 def _warn_of_program(brick: Brick) -> None:
-    """Say that a running program may move what is moved here."""
+    """Warn that a running program may drive the motors that are used here."""
     if name := brick.programs.running:
-        stop = "`nxtdrive program stop` ends it."
-        write_error(f"warning: {name} is running on the brick, and may drive the motors, too. {stop}")
+        write_error(
+            f"warning: {name} is running on the brick and may drive the motors too. `nxtdrive program stop` ends it."
+        )
 
 
 def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:

@@ -58,7 +58,7 @@ def test_a_program_that_drives_the_motors_too_is_named(words, capsys):
             main(["motor", *words, "--nxt", world.address])
         said = capsys.readouterr().err
         assert said == (
-            "nxtdrive: warning: dance.rxe is running on the brick, and may drive the motors, too. "
+            "nxtdrive: warning: dance.rxe is running on the brick and may drive the motors too. "
             "`nxtdrive program stop` ends it.\n"
         )
 

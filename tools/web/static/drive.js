@@ -1,5 +1,5 @@
 // Pad, keys and gamepad. Everything that may mean that the controls were released sends a stop of the motion at once;
-// the server stops the robot by itself when it hears nothing for half a second.
+// the server stops the robot by itself when it receives nothing for half a second.
 
 const EVERY_MS = 50;
 const KEYS = {
