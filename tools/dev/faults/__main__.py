@@ -30,7 +30,7 @@ CAMPAIGNS: tuple[str, ...] = (
 """The modules of this folder that hold a campaign, in the order of docs/reliability.md."""
 
 _REFERENCE_OPTIONS = {
-    "--judge": "compare the programs with this firmware, which answers the lines of docs/firmware.md section 0.1",
+    "--reference": "compare the programs with this firmware, which answers the lines of docs/firmware.md section 0.1",
     "--poisoned": "the same firmware with other bytes in memory that it does not initialise",
 }
 
@@ -50,8 +50,10 @@ def main(argv: list[str] | None = None) -> int:
     broken = 0
     for name in args.campaigns or CAMPAIGNS:
         campaign = load(name)
-        if name == "programs" and args.judge:
-            campaign = reference_firmware.campaign(reference_firmware.parse(args.judge, args.poisoned), args.compiled)
+        if name == "programs" and args.reference:
+            campaign = reference_firmware.campaign(
+                reference_firmware.parse(args.reference, args.poisoned), args.compiled
+            )
         if args.only is not None:
             tally = campaign.run(args.seed, batch_of(campaign, args.only))
             _print(name, campaign, len(batch_of(campaign, args.only)), tally, args.seed, 0.0)
@@ -74,7 +76,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     for option, text in _REFERENCE_OPTIONS.items():
         parser.add_argument(option, metavar="VERSION=COMMAND", action="append", default=[], help=text)
     parser.add_argument(
-        "--compiled", type=Path, default=COMPILED, help="with --judge: folder of the programs to damage"
+        "--compiled", type=Path, default=COMPILED, help="with --reference: folder of the programs to damage"
     )
     args = parser.parse_args(argv)
     if unknown := set(args.campaigns) - set(CAMPAIGNS):

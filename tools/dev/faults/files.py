@@ -264,7 +264,7 @@ KINDS: dict[str, tuple[int, str, tuple[Callable[[], bytes], ...], Read]] = {
     "address": (5, "none", (lambda: b"",), _address),
     "name on the brick": (2, "none", (lambda: b"",), _name),
 }
-"""RecordKind -> its share of the trials in per cent, the file's name, good contents, and how it is read."""
+"""Kind -> its share of the trials in per cent, the file's name, good contents, and how it is read."""
 
 
 def _run(seed: int, numbers: range) -> Tally:

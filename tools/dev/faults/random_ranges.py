@@ -86,4 +86,4 @@ BELIEVED: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "robot": {"turn_slip_percent": (-5, 20), "stop_distance_mm": (60, 400), "wheel_mismatch_percent": (-5, 5)},
     "camera": {"hfov_deg": (40, 90), "forward_mm": (-50, 100), "latency_s": (0, 1)},
 }
-"""The description in a mission that does not describe the robot as it is."""
+"""Values of a mission that does not describe the robot as it is."""
