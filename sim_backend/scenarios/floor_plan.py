@@ -140,14 +140,14 @@ class Path:
         """Length of all legs together."""
         return sum(math.dist(one, other) for one, other in pairwise(self.points))
 
-    def duration_s(self, heading_deg: float, pace: MotionLimits) -> float:
+    def duration_s(self, heading_deg: float, limits: MotionLimits) -> float:
         """Return the shortest time for it, from an initial heading, with stops and turns on the spot at the corners."""
         total_s = 0.0
         for one, other in pairwise(self.points):
             bearing_deg = math.degrees(math.atan2(other[1] - one[1], other[0] - one[0]))
             turn_deg = abs(wrapped_deg(bearing_deg - heading_deg))
-            total_s += _travel_s(turn_deg, pace.turn_deg_s, pace.turn_deg_s2)
-            total_s += _travel_s(math.dist(one, other), pace.speed_mm_s, pace.speed_mm_s2)
+            total_s += _travel_s(turn_deg, limits.turn_deg_s, limits.turn_deg_s2)
+            total_s += _travel_s(math.dist(one, other), limits.speed_mm_s, limits.speed_mm_s2)
             heading_deg = bearing_deg
         return total_s
 

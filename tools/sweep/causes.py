@@ -20,7 +20,7 @@ from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
-from .metrics import PACE, spans
+from .metrics import LIMITS, spans
 from .truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSample
 
 SAME_PLACE_MM = 250.0
@@ -204,7 +204,9 @@ def _detour_s(here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:
     """Return how much longer the detour takes than the straight path; infinity if there is no detour."""
     plan = here.scene.plan
     paths = [each.path(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, blocking))]
-    round_s, straight_s = (math.inf if path is None else path.duration_s(here.pose.heading_deg, PACE) for path in paths)
+    round_s, straight_s = (
+        math.inf if path is None else path.duration_s(here.pose.heading_deg, LIMITS) for path in paths
+    )
     return max(0.0, round_s - straight_s) if math.isfinite(round_s) else math.inf
 
 

@@ -14,7 +14,7 @@ from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
 from .truth_recorder import EpisodeTrace, TruthSample
 
-PACE = MotionLimits(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
+LIMITS = MotionLimits(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
 
 
@@ -63,7 +63,7 @@ def evaluate_target(trace: EpisodeTrace, target: str) -> TargetResult:
     path = _longest(pursuits[0][0], end, target) if end else None
     left = _path(end, end, target) if end and not right else None
     economy = 0.0 if path is None else _share(path.length_mm, path_mm)
-    fastest_s = 0.0 if path is None else path.duration_s(pursuits[0][0].pose.heading_deg, PACE)
+    fastest_s = 0.0 if path is None else path.duration_s(pursuits[0][0].pose.heading_deg, LIMITS)
     covered = 0.0 if path is None or left is None else max(0.0, 1.0 - left.length_mm / max(path.length_mm, 1.0))
     return TargetResult(
         target=target,

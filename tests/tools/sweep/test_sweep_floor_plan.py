@@ -68,10 +68,10 @@ def test_high_things_hide_a_picture_and_low_ones_do_not():
 
 def test_the_fastest_time_counts_turns_and_acceleration():
     path = Path(((0.0, 0.0), (1000.0, 0.0), (1000.0, 1000.0)))
-    pace = MotionLimits(speed_mm_s=200.0, speed_mm_s2=400.0, turn_deg_s=120.0, turn_deg_s2=300.0)
+    limits = MotionLimits(speed_mm_s=200.0, speed_mm_s2=400.0, turn_deg_s=120.0, turn_deg_s2=300.0)
     straight_s, turn_s = 1000 / 200 + 0.5, 90 / 120 + 0.4
-    assert path.duration_s(0.0, pace) == pytest.approx(2 * straight_s + turn_s)
-    assert path.duration_s(-90.0, pace) == pytest.approx(2 * straight_s + 2 * turn_s)
+    assert path.duration_s(0.0, limits) == pytest.approx(2 * straight_s + turn_s)
+    assert path.duration_s(-90.0, limits) == pytest.approx(2 * straight_s + 2 * turn_s)
 
 
 @pytest.mark.parametrize("kind", ["clutter", "narrow_door", "everyday"])
