@@ -65,7 +65,7 @@ class Choice:
         proposed: The policy's own choice, if that person chose something else.
 
     Raises:
-        TypeError: `kind` is not one of the recoveries, or a number, a text or `route` has another type.
+        TypeError: `kind` is not one of the recoveries, or a number, a text or `route` is of a wrong type.
         ValueError: A number is not finite, or the time negative.
     """
 

@@ -258,7 +258,7 @@ class WiringCheck:
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
 
     def _advice(self) -> str:
-        """Print what else would explain the sightings and echoes, and what to do."""
+        """Return what else would explain the sightings and echoes, and what to do."""
         likely = sorted(WIRINGS, key=self._chance, reverse=True)
         others = [each for each in likely if self._chance(each) >= self._chance(likely[0]) / 10]
         keys = " or ".join(_changes(self._robot, each.described(self._robot)) for each in others)

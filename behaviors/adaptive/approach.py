@@ -27,8 +27,8 @@ class ApproachNumbers:
         slow_mm: The robot slows down over this last stretch before the target.
         slowest: Share of its speed to which it slows down there.
         blocked_mm: A nearer echo from straight ahead comes from something that the robot would touch.
-        beside_mm: The same while the target stays in view: an echo from farther away as likely comes from something low
-            beside the path, which leaves the beam as the robot comes nearer.
+        beside_mm: The same while the target stays in view: an echo from farther away may as well come from
+            something low beside the path, which leaves the beam as the robot comes nearer.
         hidden_s: An obstacle that the safety stop reports hides the target if the target was not seen for longer than
             this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.

@@ -27,7 +27,7 @@ class ArrivalNumbers:
         contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
             something that passes behind.
         size_share: Where the echo comes from farther away, a distance by size of this share of what it should be
-            is believed.
+            is accepted.
         hysteresis: Once the robot stands, a target this many times farther away is still near enough.
         checks: An arrival is accepted after this many frames at rest, each with an echo.
         echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.

@@ -100,7 +100,7 @@ class Attempts:
         return sum(_alike(each, self._failures[-1]) for each in self._failures), run
 
     def approach_failed(self, target: str, here: Point, aim: Point, now_s: float) -> None:
-        """Remember that the approach to a target believed to be at `aim` came no farther than here."""
+        """Remember that the approach to a target estimated to be at `aim` came no farther than here."""
         self._approaches.append(_FailedApproach(target, here, aim, now_s))
 
     def new_approach(self, target: str, start: Point, aim: Point, now_s: float) -> bool:

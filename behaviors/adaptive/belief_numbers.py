@@ -28,7 +28,7 @@ class BeliefNumbers:
         likely_mm: Standard deviation of the prior around the floor that is known to be free.
         free_cells: A place is on free floor if the cell in its middle is free, or one that far beside it.
         slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
-        turned: How likely it faces another way than was believed, against 1 for all.
+        turned: How likely it faces another way than was estimated, against 1 for all.
         steepest_deg: A picture that is seen at all is seen no more obliquely than this.
         scatters: Probability that a target that vanished has moved.
         spike_mm: A target seen at a place is at one of the grid's places this near to it.

@@ -157,7 +157,7 @@ def test_ctrl_c_in_the_queue_leaves_it():
     assert is_free(lock)
 
 
-def test_a_waiting_thread_that_was_not_called_because_of_ctrl_c_continues():
+def test_a_waiting_thread_that_was_not_woken_because_of_ctrl_c_continues():
     threads = CtrlC()
     lock = PriorityLock(threads)
     crowd = Crowd(lock)

@@ -70,7 +70,7 @@ def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace
     """Run an episode and record its ground truth.
 
     Returns:
-        The trace to result_of, and the recorder, which has the journal.
+        The trace to evaluate, and the recorder, which has the journal.
 
     Raises:
         KeyboardInterrupt: Ctrl-C, even if the agent ended the mission cleanly.

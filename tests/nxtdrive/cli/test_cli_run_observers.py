@@ -161,7 +161,7 @@ class Refusing(SimTransport):
 
 
 @pytest.mark.slow
-def test_a_brick_that_continues_refusing_ends_the_mission_with_the_exit_code_of_a_refusal(
+def test_a_brick_that_keeps_refusing_ends_the_mission_with_the_exit_code_of_a_refusal(
     tmp_path, small, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
