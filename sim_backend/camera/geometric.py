@@ -64,7 +64,7 @@ class DetectorModel:
         log2_height: Falloff over the binary logarithm of the apparent height in pixels of the working copy.
         slant_deg: Falloff over the angle between the picture's normal and the line of sight.
         hidden: Falloff over the share of the picture that is covered or outside the frame.
-        smear: Falloff over the motion blur as a share of the apparent height.
+        blur: Falloff over the motion blur as a share of the apparent height.
         dark: Falloff over the binary logarithm of the frame's brightness.
         glare: The same, for frames that are too bright.
         bearing_sd_deg: Standard deviation of the bearing.
@@ -74,19 +74,19 @@ class DetectorModel:
     log2_height: Falloff
     slant_deg: Falloff
     hidden: Falloff
-    smear: Falloff
+    blur: Falloff
     bearing_sd_deg: float
     distance_sd: float
     dark: Falloff = Falloff(-99.0, -1.0)
     glare: Falloff = Falloff(99.0, 1.0)
 
-    def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
+    def hit_rate(self, height_px: float, slant_deg: float, hidden: float, blur: float) -> float:
         """Return the probability of a detection in one frame, 0..1."""
         return (
             self.log2_height.rate(math.log2(max(1.0, height_px)))
             * self.slant_deg.rate(slant_deg)
             * self.hidden.rate(hidden)
-            * self.smear.rate(smear)
+            * self.blur.rate(blur)
         )
 
     def visibility(self, brightness: float) -> float:
@@ -101,7 +101,7 @@ PICTURE_MODEL = DetectorModel(
     log2_height=Falloff(3.69, -0.04),
     slant_deg=Falloff(56.9, 1.54),
     hidden=Falloff(0.34, 0.069),
-    smear=Falloff(0.254, 0.0156),
+    blur=Falloff(0.254, 0.0156),
     bearing_sd_deg=0.063,
     distance_sd=0.024,
     dark=Falloff(-2.76, -0.032),
@@ -122,7 +122,7 @@ class PictureView:
         height_px: Apparent height at its centre in pixels of the frame.
         slant_deg: Angle between its normal and the line of sight, in plan view.
         hidden: Share that is covered or outside the frame, 0..1.
-        smear: Motion blur as a share of the apparent height.
+        blur: Motion blur as a share of the apparent height.
     """
 
     panel: Panel
@@ -131,7 +131,7 @@ class PictureView:
     height_px: float
     slant_deg: float
     hidden: float
-    smear: float
+    blur: float
 
 
 class GeometricSensor:
@@ -220,7 +220,7 @@ class GeometricSensor:
     def hit_rate(self, view: PictureView) -> float:
         """Return the probability that a picture with this appearance is detected in one frame, 0..1."""
         work_px = view.height_px * WORK_WIDTH_PX / self.pinhole.width
-        return self._model.hit_rate(work_px, view.slant_deg, view.hidden, view.smear)
+        return self._model.hit_rate(work_px, view.slant_deg, view.hidden, view.blur)
 
     def _sight(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
@@ -253,7 +253,7 @@ class GeometricSensor:
             height_px=height_px,
             slant_deg=math.degrees(math.acos(min(1.0, cosine))),
             hidden=1.0 - float(np.mean(free)),
-            smear=focal * math.tan(turn) / height_px,
+            blur=focal * math.tan(turn) / height_px,
         )
 
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:

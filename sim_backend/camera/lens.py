@@ -45,7 +45,7 @@ class Lens:
     Args:
         effects: Strength of the effects.
         size: Width and height of the frames.
-        focal_px: Focal length in pixels; converts degrees of motion to pixels of smear.
+        focal_px: Focal length in pixels; converts degrees of motion to pixels of motion blur.
         seed: Seed of the sensor noise.
     """
 
@@ -78,11 +78,11 @@ class Lens:
         return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
-        smear = self.motion_blur_px(turn_rate_deg_s)
+        blur = self.motion_blur_px(turn_rate_deg_s)
         frame = image
-        if smear > 0.5:
+        if blur > 0.5:
             frame = np.asarray(
-                cv2.filter2D(frame, -1, motion_blur_kernel(smear), borderType=cv2.BORDER_REPLICATE), np.uint8
+                cv2.filter2D(frame, -1, motion_blur_kernel(blur), borderType=cv2.BORDER_REPLICATE), np.uint8
             )
         if self.effects.softness_px:
             frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)

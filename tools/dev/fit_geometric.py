@@ -174,7 +174,7 @@ def fit_model(trials: int) -> DetectorModel:
         log2_height=curve(sizes, lambda sight: math.log2(sight.height_px), -1),
         slant_deg=curve(slants, lambda sight: sight.slant_deg, 1),
         hidden=curve(covered, lambda sight: sight.hidden, 1),
-        smear=curve(turning, lambda sight: sight.smear, 1),
+        blur=curve(turning, lambda sight: sight.blur, 1),
         bearing_sd_deg=round(pstdev(bearing for bearing, _ in errors), 3),
         dark=light(dim, -1),
         glare=light(glaring, 1),
