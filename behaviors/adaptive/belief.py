@@ -138,7 +138,7 @@ class Belief:
     def __init__(self, range_mm: float, half_view_deg: float, likely: Array) -> None:
         self._range_mm = range_mm
         # beyond the second stretch no frame finds it, also from the other side of the stand
-        self._far_mm = max(N.frontier_mm, N.blind_share * range_mm + 2 * N.stand_mm)
+        self._far_mm = max(N.frontier_mm, N.blind_share * range_mm + 2 * N.viewpoint_mm)
         self._half_view_deg = half_view_deg
         self._learned = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
         self._unlearned = 1.0  # this factor where nothing was learned
@@ -183,7 +183,7 @@ class Belief:
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
-        if self._viewpoint is None or math.dist(self._viewpoint.at, view.at) > N.stand_mm:
+        if self._viewpoint is None or math.dist(self._viewpoint.at, view.at) > N.viewpoint_mm:
             self._viewpoint = _Viewpoint(view.at, np.ones(len(self._x)), np.ones_like(self._learned))
         viewpoint = self._viewpoint
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
@@ -308,7 +308,7 @@ class Belief:
         view = self._view(*at, floor)
         missed = (1.0 - view.each) ** N.round_frames
         left: Array | float = 1.0
-        if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= N.stand_mm:
+        if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= N.viewpoint_mm:
             missed, left = self._viewpoint.missed[view.near] * missed, self._viewpoint.left[view.near]
         found = 1.0 - (1.0 - view.possible * np.minimum(N.sure, 1.0 - missed)[:, None]) / left
         gain = np.zeros(len(self._x))

@@ -17,7 +17,7 @@ class BeliefNumbers:
             section 1.2, 45 and 60 degrees to the side.
         slant_width_deg: How gradually; the grid of facings is coarse.
         sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
-        stand_mm: Looks from places no farther apart than this are looks from one place.
+        viewpoint_mm: Looks from places no farther apart than this are looks from one viewpoint.
         round_frames: Frames that show each place when the robot scans.
         sure_share: Share of its range up to which the detector finds every target; from there on its hit rate falls.
         poor_share: Share of its range at which the hit rate is `poor`; low, since the light is not known.
@@ -49,7 +49,7 @@ class BeliefNumbers:
     half_slant_deg: float = 52.0
     slant_width_deg: float = 5.0
     sure: float = 0.95
-    stand_mm: float = 350.0
+    viewpoint_mm: float = 350.0
     round_frames: int = 6
     sure_share: float = 0.45
     poor_share: float = 0.95
