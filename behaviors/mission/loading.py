@@ -88,10 +88,10 @@ def load_mission(
     raise MissionError(f"{path}: {number}", lines)
 
 
-def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Path | None) -> RobotFile | None:
+def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, default: Path | None) -> RobotFile | None:
     settings = table.get("mission")
     named = settings.get("robot_file") if isinstance(settings, dict) else None
-    chosen = chosen_robot_file(named, path, robot, usual)
+    chosen = chosen_robot_file(named, path, robot, default)
     try:
         return None if chosen is None else load_robot_file(chosen)
     except RobotFileError as error:
@@ -99,17 +99,17 @@ def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Pa
         raise MissionError(f"{origin}{error.message}", [f"{chosen}: {each}" for each in error.mistakes]) from None
 
 
-def chosen_robot_file(named: object, path: Path | None, robot: Path | None, usual: Path | None) -> Path | None:
+def chosen_robot_file(named: object, path: Path | None, robot: Path | None, default: Path | None) -> Path | None:
     """Return the robot file that counts, if there is one.
 
     Args:
         named: The one that the mission names, if it is a text.
         path: The mission's file, beside which that one is; None for a mission without a file.
         robot: The one that comes before it.
-        usual: The one that comes after it.
+        default: The one that comes after it.
     """
     beside = path.parent / named if path is not None and isinstance(named, str) else None
-    return robot or beside or usual
+    return robot or beside or default
 
 
 def described_by(mission: Mission, described: RobotFile) -> Mission:

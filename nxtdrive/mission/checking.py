@@ -48,11 +48,11 @@ class Findings:
     warnings: list[str] = field(default_factory=list)
 
 
-def check_mission(path: Path, robot: Path | None = None, usual: Path | None = None) -> Findings:
+def check_mission(path: Path, robot: Path | None = None, default: Path | None = None) -> Findings:
     """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
     found = Findings()
     try:
-        mission = load_mission(path, [PICTURES], robot=robot, default_robot=usual or default_robot_file())
+        mission = load_mission(path, [PICTURES], robot=robot, default_robot=default or default_robot_file())
     except MissionError as error:
         found.mistakes = [*error.mistakes] or [error.message.removeprefix(f"{path}: ")]
         targets = valid_targets(path, [PICTURES])

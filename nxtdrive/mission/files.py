@@ -61,19 +61,19 @@ def read_robot_file(path: Path | None) -> RobotFile:
         raise ConfigError(str(error)) from None
 
 
-def read_mission_file(path: Path | None, robot: Path | None = None, usual: Path | None = None) -> Mission:
+def read_mission_file(path: Path | None, robot: Path | None = None, default: Path | None = None) -> Mission:
     """Read a mission file; without a path, the built-in one.
 
     Args:
         path: The mission file.
         robot: The robot file; by default the one that the mission names.
-        usual: The robot file if neither is given; by default ``$NXT_ROBOT``.
+        default: The robot file if neither is given; by default ``$NXT_ROBOT``.
 
     Raises:
         ConfigError: A file has mistakes; the message lists all of them.
     """
     try:
-        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, default_robot=usual or default_robot_file())
+        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, default_robot=default or default_robot_file())
     except MissionError as error:
         raise ConfigError(str(error)) from None
     return with_profile(mission, mission.mission.profile)

@@ -113,8 +113,8 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
             "camera": Camera.model_validate({**world.camera.model_dump(), **seen}),
         }
     )
-    believed = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
-    scenario = replace(scenario, world=world, mission=described_by(scenario.mission, believed))
+    described = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
+    scenario = replace(scenario, world=world, mission=described_by(scenario.mission, described))
     trace, _ = run_episode(scenario, "adaptive", "geometric")
     result = result_of(Task(number, kind, scenario.seed, "adaptive", "geometric"), trace)
     kept = result.model_dump(mode="json", include={"success", "sum_reward", "duration_s", "contacts", "ending"})

@@ -30,7 +30,7 @@ class DriverArbiter:
             elif client != self.driver:
                 self.asking = client
             drives = self.driver == client
-        self._tell(before)
+        self._notify(before)
         return drives
 
     def give(self, client: str) -> None:
@@ -41,8 +41,8 @@ class DriverArbiter:
                 self.driver, self.asking = self.asking, ""
             elif client == self.asking:
                 self.asking = ""
-        self._tell(before)
+        self._notify(before)
 
-    def _tell(self, before: tuple[str, str]) -> None:
+    def _notify(self, before: tuple[str, str]) -> None:
         if before != (self.driver, self.asking):
             self._changed(self.driver, self.asking)

@@ -36,7 +36,7 @@ class Missions:
     Args:
         folder: Its ``*.toml`` files are offered.
         robot: The robot file; by default the one that a mission names.
-        usual: The robot file if neither is given; by default ``$NXT_ROBOT``.
+        default: The robot file if neither is given; by default ``$NXT_ROBOT``.
         mission: The file that the server was started with, if any.
 
     Attributes:
@@ -45,12 +45,12 @@ class Missions:
     """
 
     def __init__(
-        self, folder: Path, robot: Path | None = None, usual: Path | None = None, mission: Path | None = None
+        self, folder: Path, robot: Path | None = None, default: Path | None = None, mission: Path | None = None
     ) -> None:
         self.folder = folder
         here = mission is not None and mission.parent.resolve() == folder.resolve() and mission.name in self.names()
         self.proposed = mission.name if mission and here else ""
-        self._robot, self._usual = robot, usual
+        self._robot, self._default = robot, default
         self._saving = threading.Lock()
 
     def use(self, robot: Path) -> None:
@@ -79,7 +79,7 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} in the folder {self.folder.resolve().name!r}.")
         try:
-            mission = read_mission_file(self.file(name), self._robot, self._usual)
+            mission = read_mission_file(self.file(name), self._robot, self._default)
             if profile in (None, mission.mission.profile):
                 return mission
             return with_profile(mission, offered_profile(profile))
@@ -105,7 +105,7 @@ class Missions:
         """
         beside = self.folder / "mission.toml"  # the missions' pictures lie there
         with draft(beside, text.encode()) as file:
-            found = check_mission(file, self._robot, self._usual)
+            found = check_mission(file, self._robot, self._default)
         found.mistakes = [mistake.replace(str(file), "The text") for mistake in found.mistakes]
         return found
 

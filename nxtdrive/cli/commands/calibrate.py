@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
         return NOT_ACHIEVED
     with writing(path):
         write_robot_file(path, outcome.file)
-    _tell(outcome, path, as_json=args.json)
+    _report(outcome, path, as_json=args.json)
     return DONE
 
 
@@ -223,7 +223,7 @@ def _ask(question: str) -> None:
         raise ConfigError("you did not agree that the robot may drive.", remedy="Clear the floor, then answer y.")
 
 
-def _tell(outcome: CalibrationResult, path: Path, *, as_json: bool) -> None:
+def _report(outcome: CalibrationResult, path: Path, *, as_json: bool) -> None:
     if as_json:
         values = {line.key: line.after for line in outcome.lines}
         errors = {line.key: line.standard_error for line in outcome.lines if line.standard_error is not None}

@@ -63,9 +63,11 @@ def run(args: argparse.Namespace) -> int:
         require_page()
     check_parent(args.out)
     status_hub, address, folder = MissionStatusHub(), in_real_time(mission_brick(args)), missions_folder(args)
-    usual = robot_file_of(folder)
-    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), status_hub, args.out)
-    missions = Missions(folder, args.robot, usual, args.mission)
+    default_robot = robot_file_of(folder)
+    robot = Robot(
+        address, args.camera, read_mission_file(args.mission, args.robot, default_robot), status_hub, args.out
+    )
+    missions = Missions(folder, args.robot, default_robot, args.mission)
     assistant = Assistant(robot, status_hub, missions, args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None

@@ -142,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
     for name in (each for each, digests in profiles.items() if len(digests) > 1):
         write_error(f"{name} has changed since some of its missions in {out}. For a comparison choose another --out.")
     write_summary(summary_path(out), {**performed, **summary(swept)})
-    _tell(swept.results, swept.eval_s, args)
+    _report(swept.results, swept.eval_s, args)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
@@ -210,7 +210,7 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed
             raise
 
 
-def _tell(results: Sequence[MissionResult], eval_s: float, args: argparse.Namespace) -> None:
+def _report(results: Sequence[MissionResult], eval_s: float, args: argparse.Namespace) -> None:
     if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by

@@ -84,9 +84,9 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
 
     address = in_real_time(mission_brick(args))
     folder = missions_folder(args)
-    usual = robot_file_of(folder)
-    hub, missions = Hub(), Missions(folder, args.robot, usual, args.mission)
-    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
+    default_robot = robot_file_of(folder)
+    hub, missions = Hub(), Missions(folder, args.robot, default_robot, args.mission)
+    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, default_robot), hub, args.out)
 
     def use(file: Path) -> None:
         missions.use(file)
@@ -97,7 +97,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        calibrations = Calibrations(hub, args.robot or usual or folder / ROBOT_FILE, use)
+        calibrations = Calibrations(hub, args.robot or default_robot or folder / ROBOT_FILE, use)
         server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:

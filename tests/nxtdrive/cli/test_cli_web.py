@@ -71,7 +71,7 @@ def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):
     text = '[mission]\ntargets = ["tag"]\n{}[target.tag]\ndetector = "marker"\nid = 7\n'
     (tmp_path / "plain.toml").write_text(text.format(""), encoding="utf-8")
     (tmp_path / "own.toml").write_text(text.format('robot_file = "other.toml"\n'), encoding="utf-8")
-    missions = Missions(tmp_path, usual=usual)
+    missions = Missions(tmp_path, default=usual)
     diameters = [missions.load(name).robot.wheel_diameter_mm for name in ("", "plain.toml", "own.toml")]
     assert diameters == [43, 43, 81]
 
