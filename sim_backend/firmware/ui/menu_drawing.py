@@ -39,10 +39,10 @@ STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, be
 LOG_NOT_BEGUN = LOG_FAILED[:-1]
 """The messages that a data log was stored, that it could not go on, and that none could begin."""
 DELETES_AFTER = 2
-"""Number of the pass of these messages that deletes the file, or the files and then draws."""
+"""Number of the pass, from 0 on, of the messages about deleted files at whose end these are deleted."""
 ERASED = _message(_ERASED_MS, before=4)
 ERASED[DELETES_AFTER] = marks.ERASED
-"""That message."""
+"""The message that all files of a type were deleted."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))

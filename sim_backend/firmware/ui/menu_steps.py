@@ -58,7 +58,7 @@ class MenuSteps:
         return self._program.is_run(place[:-1]) or self._program.is_run(place[:-2])
 
     def enter(self, place: Place) -> list[int]:
-        """Follow enter in such a place; return the place that it leads to. Where a name was asked for are no items."""
+        """Follow enter in such a place, and return where it leads; the page of a name has no items."""
         item = place[-1] if self._program.is_run(place[:-1]) else None
         if item == LEAVE:
             return [PROGRAM]
