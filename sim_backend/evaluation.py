@@ -17,9 +17,8 @@ from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
 from sim_backend.world.world_file import Camera
 
-_CAMERA = Camera()
-CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = _CAMERA.forward_mm, _CAMERA.height_mm
-"""Position of the world file's default camera."""
+CAMERA_FORWARD_MM = Camera().forward_mm
+"""Place of the world file's default camera, ahead of the robot's middle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +49,8 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     goal = scene.goals.get(target)
     if goal is None:
         return False
-    eye = np.array([on_map((pose.x_mm, pose.y_mm), math.radians(pose.heading_deg), CAMERA_FORWARD_MM, 0.0)])
-    return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
+    camera = np.array([on_map((pose.x_mm, pose.y_mm), math.radians(pose.heading_deg), CAMERA_FORWARD_MM, 0.0)])
+    return bool(goal.covers(camera)[0] and scene.plan.sees(camera, goal)[0])
 
 
 def current_floor_plan(simulation: Simulation) -> FloorPlan:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sim_backend.plane import Point, along_and_across
 from sim_backend.world.robot import wrapped_deg
+from sim_backend.world.world_file import Camera
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -36,8 +37,8 @@ FAR_FROM_FREE_CELLS = 4
 """A start may be this far from free cells: the grid may take the cell of a robot near an obstacle for occupied."""
 NARROW_COST = 4.0
 """Additional cost factor of a cell without any of the preferred clearance."""
-CAMERA_HEIGHT_MM = 200.0
-"""Usual height of the camera."""
+CAMERA_HEIGHT_MM = Camera().height_mm
+"""Height of the world file's default camera, from which pictures must be in view."""
 SIGHT_SAMPLES = 40
 """Points at which a line of sight is checked."""
 _STEPS = [(dx, dy, math.hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
@@ -191,11 +192,11 @@ class FloorPlan:
         near = self.near(line, radius_mm).obstacles
         return [obstacle for obstacle in near if np.min(obstacle.distance_mm(line)) < radius_mm]
 
-    def sees(self, camera_mm: Floats, camera_height_mm: float, goal: Goal) -> Mask:
+    def sees(self, camera_mm: Floats, goal: Goal) -> Mask:
         """Return from which of the points `camera_mm`, shape (n, 2), the centre of the picture is not hidden."""
         shares = np.linspace(0.0, 1.0, SIGHT_SAMPLES)
         lines = camera_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - camera_mm[:, None, :])
-        heights = camera_height_mm + shares * (goal.centre_height_mm - camera_height_mm)
+        heights = CAMERA_HEIGHT_MM + shares * (goal.centre_height_mm - CAMERA_HEIGHT_MM)
         hidden = np.zeros(len(camera_mm), dtype=np.bool_)
         for obstacle in self.near(lines, 0.0).obstacles:
             if obstacle.name != goal.name:
@@ -210,7 +211,7 @@ class FloorPlan:
             return False
         _, parts = cv2.connectedComponents(grid.free.astype(np.uint8), connectivity=8)
         here = parts == parts[first]
-        return all((grid.ends(self, goal, CAMERA_HEIGHT_MM) & here).any() for goal in goals)
+        return all((grid.ends(self, goal) & here).any() for goal in goals)
 
     def path(
         self,
@@ -218,23 +219,21 @@ class FloorPlan:
         goal: Goal,
         radius_mm: float,
         *,
-        camera_height_mm: float = CAMERA_HEIGHT_MM,
         inflation_mm: float = 0.0,
     ) -> Path | None:
-        """Return a robot's shortest path to a place where a stop in front of the picture counts.
+        """Return a robot's shortest path to a place in view of the picture where a stop counts.
 
         Args:
             start: Centre of the robot.
             goal: The picture.
             radius_mm: The robot's radius.
-            camera_height_mm: Height of its camera; the picture can be seen from the end of the path.
             inflation_mm: Additional clearance to keep where that makes the path only a little longer.
 
         Returns:
             The path, or None if there is none.
         """
         grid = _Grid(self, radius_mm, inflation_mm)
-        ends = grid.ends(self, goal, camera_height_mm)
+        ends = grid.ends(self, goal)
         first = grid.nearest_free(start)
         if first is None or not ends.any():
             return None
@@ -266,12 +265,12 @@ class _Grid:
     def middle(self, cell: Cell) -> Point:
         return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
 
-    def ends(self, plan: FloorPlan, goal: Goal, camera_height_mm: float) -> Mask:
+    def ends(self, plan: FloorPlan, goal: Goal) -> Mask:
         """Return the cells in which a stop counts."""
         ends = self.free & goal.covers(self.middles)
         places = self.middles[ends]
         if len(places):
-            ends[ends] = plan.sees(places, camera_height_mm, goal)
+            ends[ends] = plan.sees(places, goal)
         return ends
 
     def nearest_free(self, place: Point) -> Cell | None:

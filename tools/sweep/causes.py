@@ -15,7 +15,6 @@ import numpy as np
 
 from behaviors.journal import RecordKind
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
-from sim_backend.evaluation import CAMERA_HEIGHT_MM
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
@@ -178,10 +177,10 @@ def _evaluated(trace: EpisodeTrace, index: int, entry: RecordWithTruth) -> Choic
 
 def _could_be_seen(trace: EpisodeTrace, here: TruthSample, goal: Goal) -> bool:
     """Return whether the picture could be recognised from this place without the late objects."""
-    eye = np.array([here.pose[:2]])
+    camera = np.array([here.pose[:2]])
     reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, trace.view_mm, 0.0, VIEW_ANGLE_DEG)
     plan = _without(here.scene.plan, trace.late_objects)
-    return bool(reach.covers(eye)[0] and plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
+    return bool(reach.covers(camera)[0] and plan.sees(camera, goal)[0])
 
 
 def _in_the_way(place: tuple[float, float], sample: TruthSample, goal: Goal) -> list[str]:

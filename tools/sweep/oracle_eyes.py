@@ -14,7 +14,7 @@ import numpy as np
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Sighting
 from nxtdrive.simulated.robot import ScenarioRobot
-from sim_backend.evaluation import CAMERA_HEIGHT_MM, current_floor_plan
+from sim_backend.evaluation import current_floor_plan
 from sim_backend.plane import Point
 from sim_backend.scenarios.floor_plan import Floats, FloorPlan, Goal, Mask, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
@@ -177,7 +177,7 @@ class ScanPositions:
         shown = []
         for _, goals in groupby(self._possible, key=lambda goal: goal.at_mm):
             same = list(goals)
-            free = self._floor.sees(places, CAMERA_HEIGHT_MM, same[0])
+            free = self._floor.sees(places, same[0])
             shown += [goal.covers(places) & free for goal in same]
         return np.stack(shown, axis=-1)
 

@@ -60,10 +60,10 @@ def test_the_path_from_the_goal_has_no_length():
 
 
 def test_high_things_hide_a_picture_and_low_ones_do_not():
-    goal, eye = Goal("lena", (3500.0, 1500.0), 180.0), np.array([[500.0, 1500.0]])
+    goal, camera = Goal("lena", (3500.0, 1500.0), 180.0), np.array([[500.0, 1500.0]])
     for height_mm, seen in ((1000.0, False), (120.0, True)):
         plan = FloorPlan((4000.0, 3000.0), (Obstacle("box", (2000.0, 1500.0), (300.0, 300.0), height_mm=height_mm),))
-        assert plan.sees(eye, 200.0, goal).tolist() == [seen]
+        assert plan.sees(camera, goal).tolist() == [seen]
 
 
 def test_the_fastest_time_counts_turns_and_acceleration():
