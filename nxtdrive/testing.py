@@ -157,7 +157,7 @@ class SimWorld:
         """Let time pass without a program.
 
         Raises:
-            ConfigError: The duration is no number, negative or infinite.
+            ConfigError: The duration is not a number, or is negative or infinite.
         """
         self.simulation.advance(_duration_ms("duration_s", duration_s))
 

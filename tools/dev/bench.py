@@ -205,7 +205,7 @@ def _import_cpu_ms(statement: str) -> float:
 
 
 def measure_simulation() -> Iterable[Figure]:
-    """Measure the built-in mission with rendering and detection, and with geometric vision, which skip both."""
+    """Measure the built-in mission with rendering and detection, and with geometric vision, which skips both."""
     for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric vision", GEOMETRIC, 100.0)):
         begun = time.perf_counter()
         report = run_mission(nxt="sim://", camera=camera)
