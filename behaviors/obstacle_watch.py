@@ -9,7 +9,7 @@ from behaviors.ports import Body, StopReason
 
 
 class ObstacleWatch:
-    """Reports to the chart when the safety stop holds the robot, when that touches something, and when it releases it.
+    """Reports to the chart when the safety stop holds or releases the robot, and when the robot touches something.
 
     Args:
         body: The robot; its sensors are read when something newly holds it.

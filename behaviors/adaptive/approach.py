@@ -177,7 +177,7 @@ class ApproachSkill:
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
-        range_mm = PERCEPTION.no_echo_mm if observation.range_mm is None else observation.range_mm
+        range_mm = PERCEPTION.blocker_mm if observation.range_mm is None else observation.range_mm
         sudden = world.echoes.appeared(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return arrive_failed(reason, observation, blocker, hides=hides, sudden=sudden)

@@ -156,7 +156,7 @@ class Arrival:
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def stand(self, observation: Observation) -> Failure | None:
-        """Note that the robot stands in front of it; give up after long, or without new evidence."""
+        """Note that the robot stands in front of it; give up after a long time, or without new evidence."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
         learns_nothing = self._too_near and not self._sure and self.rested >= N.checks

@@ -23,7 +23,7 @@ class PerceptionNumbers:
     """Tuning constants of perception.
 
     Attributes:
-        no_echo_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
+        blocker_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
         step_mm: The robot drives no farther than this from one look to the next, however slow the link.
         corrects: Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve.
         lost_frames: A target is lost only after this many frames without it.
@@ -37,7 +37,7 @@ class PerceptionNumbers:
         turn_tests: After this many turns whose echoes did not show the scale of turns, no more are made for it.
     """
 
-    no_echo_mm: float = 150.0
+    blocker_mm: float = 150.0
     step_mm: float = 150.0
     corrects: float = 0.6
     lost_frames: float = 4.0
@@ -72,7 +72,7 @@ class Observation:
 
 def blocker_without_echo(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(N.no_echo_mm if range_mm is None else min(range_mm, N.no_echo_mm), hides=hides)
+    return Blocker(N.blocker_mm if range_mm is None else min(range_mm, N.blocker_mm), hides=hides)
 
 
 class Perception:

@@ -186,7 +186,7 @@ class TargetMemory:
         return self.detection_range_mm[target] * max(1.0, factor)
 
     def fills_mm(self, target: str) -> float:
-        """Return from how near a target fills the frame, by its estimated size."""
+        """Return the distance at which a target fills the frame, by its estimated size."""
         half_mm = self.scale.factor(target) * self._heights_mm[target] / 2
         return self._fit.fills_mm(self._edges_mm(target) or (-half_mm, half_mm))
 

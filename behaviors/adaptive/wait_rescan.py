@@ -82,7 +82,7 @@ class WaitSkill:
         hides = not self._in_view()
         measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
         appeared = range_mm is not None and perception.world.floor.appeared(perception.world.pose, range_mm)
-        blocker = Blocker(PERCEPTION.no_echo_mm if range_mm is None else range_mm, moving=appeared, hides=hides)
+        blocker = Blocker(PERCEPTION.blocker_mm if range_mm is None else range_mm, moving=appeared, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _blocked(self, observation: Observation) -> bool:

@@ -30,7 +30,7 @@ SHEET_SIZE = 0.08
 """A height within this share of a sheet's is that sheet's, measured roughly or printed with a margin."""
 MIN_WIDTH_MM, MAX_WIDTH_MM = 30.0, 2500.0
 MIN_IN_VIEW = 0.7
-"""Share of a picture's width and height that the frame must show at the stop; its middle 60 % suffice for detection."""
+"""Share of a picture's width and height that the frame must show at the stop; its middle 60 % is enough to find it."""
 RIM = 1.15
 """For a whole target to be in view, the frame must be larger than it by this factor."""
 

@@ -63,7 +63,7 @@ class UltrasonicSensor:
     """LEGO's ultrasonic sensor. Source of its registers: LEGO's hardware developer kit, appendix on the sensor.
 
     Args:
-        distance_cm: Returns the distance of the nearest echo, of which whole centimetres count, or None without one.
+        distance_cm: Returns the distance of the nearest echo, or None without one; a fraction is dropped.
 
     Attributes:
         address: Its 8-bit write address.

@@ -203,7 +203,7 @@ def _simulated_camera(brick: Brick) -> Finding:
 
     with closing(open_mission_camera(SIMULATED, brick)) as camera:
         height, width = camera.read(1.0).image.shape[:2]
-    return ok("camera", f"the simulated robot's delivers frames of {width}x{height}")
+    return ok("camera", f"the simulated camera delivers frames of {width}x{height}")
 
 
 def _wiggle(brick: Brick, mission: Mission, *, agreed: bool) -> Iterator[Finding]:

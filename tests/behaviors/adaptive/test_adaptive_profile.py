@@ -69,7 +69,7 @@ def test_what_gives_no_echo_is_near_whatever_echoes_behind_it(bench, range_mm):
     failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=blocker_without_echo(range_mm))
     blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm == min(range_mm or PERCEPTION.no_echo_mm, PERCEPTION.no_echo_mm)
+    assert blocker.range_mm == min(range_mm or PERCEPTION.blocker_mm, PERCEPTION.blocker_mm)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
     assert bench.world.floor.log_odds.max() > GRID.solid
 
