@@ -11,9 +11,7 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.data_log import SENSOR_PORTS, VALUES, DataLog
 from sim_backend.firmware.ui.key_states import Pass
 from sim_backend.firmware.ui.screen_marks import Marks
-from sim_backend.firmware.ui.states import UiState
-
-Place = tuple[int, ...]
+from sim_backend.firmware.ui.states import Place, UiState
 
 DATA_LOG: Place = (2,)
 """Item of the main menu."""

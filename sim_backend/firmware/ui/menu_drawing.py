@@ -5,8 +5,8 @@ from __future__ import annotations
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.log_menu import START
-from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
+from sim_backend.firmware.ui.states import Place
 
 OPENED: dict[Place, tuple[Marks, ...]] = {
     places.TYPES: (marks.MENU, marks.TYPES),

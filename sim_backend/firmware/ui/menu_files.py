@@ -12,9 +12,9 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates
-from sim_backend.firmware.ui.menu_places import Place, Places
+from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
-from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.states import Place, UiState
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 
 

@@ -11,9 +11,8 @@ from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui.log_menu import DATA_LOG, LogMenu
 from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.ui.sensor_view import VIEW, SensorView
+from sim_backend.firmware.ui.states import Place
 from sim_backend.firmware.ui.stored_settings import SLEEP_MINUTES
-
-Place = tuple[int, ...]
 
 MY_FILES, TYPES, RADIO, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
 VALUES = (VIEW,)

@@ -15,9 +15,8 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.key_states import KeyStates, Pass
 from sim_backend.firmware.ui.keys import Key
-from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.screen_marks import NOTHING
-from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.states import Place, UiState
 
 _VISIBLE_MS = 5
 """Passes in which the radio becomes visible or not; the state changes in the last but one."""

@@ -7,10 +7,9 @@ from functools import partial
 
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates
-from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.name_entry import NameEntry
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, SAVE, ProgramSteps
-from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.states import Place, UiState
 
 
 class MenuSteps:

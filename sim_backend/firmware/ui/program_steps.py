@@ -11,9 +11,7 @@ from sim_backend.firmware.files.names import pack_name
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.screen_marks import Marks
-from sim_backend.firmware.ui.states import Programs
-
-Place = tuple[int, ...]
+from sim_backend.firmware.ui.states import Place, Programs
 
 _ACTIONS = (0x3, 0x2, 0x9, 0x8, 0xF, 0x7, 0xB, 0xC, 0x4, 0xA, 0x5, 0x6, 0x1, 0xD, 0xE)
 _EVENTS = (0x11, 0x16, 0x17, 0x18, 0x13, 0x14, 0x12, 0x19, 0x15)

@@ -8,6 +8,9 @@ from typing import Protocol
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.ui.keys import Key
 
+Place = tuple[int, ...]
+"""A menu, or an item of one: the numbers of the items that lead there."""
+
 
 class UiState(IntEnum):
     """State byte of the Ui map; the simulated states only."""
