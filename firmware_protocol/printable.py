@@ -1,7 +1,7 @@
 """Make text from outside safe to print: names on a brick, lines of a client, files, device names, error messages.
 
-A terminal obeys control characters, and a line feed in a name forges a line of output. Every program of this project
-passes such text through `printable` before it prints it.
+A terminal interprets control characters, and a line feed in a name forges a line of output. Every program of this
+project passes such text through `printable` before it prints it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _HIDDEN = re.compile(f"[\x00-\x1f\x7f-\x9f{_BIDI}{_SEPARATORS}{_SURROGATES}]")
 
 
 def printable(text: object) -> str:
-    r"""Return the text on one line, with visible escapes for what a terminal would obey or could not show.
+    r"""Return the text on one line, with visible escapes for what a terminal would interpret or could not show.
 
     Control characters, line and paragraph separators, marks of the writing direction and lone surrogates become
     ``\n``, ``\x1b``, ``\u202e`` and the like. All other text stays as it is, whatever its script.

@@ -36,7 +36,7 @@ FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\u
 
 @pytest.fixture(name="run")
 def _run(capsys):
-    """Runs a command; returns its exit code and its output, in which nothing is obeyed and no line is forged."""
+    """Runs a command; returns its exit code and its output, without control characters and forged lines."""
 
     def run(*words: str) -> tuple[int, str]:
         code = main([*words])
