@@ -145,6 +145,7 @@ class SimBrick:
             loader=self.loader,
             inputs=self.input,
             outputs=self.output,
+            low_speed=self.low_speed,
             programs=self.command,
             radio=self.radio,
             io_control=self.io_control,

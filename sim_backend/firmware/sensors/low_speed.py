@@ -172,13 +172,22 @@ class LowSpeedModule:
         idle = channel.state == ChannelState.IDLE and self._configured(port)
         if not idle and channel.state != ChannelState.ERROR:
             return False
-        channel.start(data, rx_size)
+        self.send(port, data, rx_size)
         if self._has_options:
             self.at_once = _with_bit(self.at_once, port, bool(options & WriteOption.AT_ONCE))
             self.no_restart = _with_bit(self.no_restart, port, bool(options & WriteOption.NO_RESTART))
+        return True
+
+    def send(self, port: int, data: bytes, rx_size: int) -> None:
+        """Start a transaction as in `write`, whatever the port does, as the user interface does."""
+        self.channels[port].start(data, rx_size)
         self.active |= 1 << port
         self.wake()
-        return True
+
+    def take(self, port: int, count: int) -> bytes | None:
+        """Take bytes of a port, 0..3, whether or not they wait there; None while it is busy or after an error."""
+        idle = self.channels[port].state in (ChannelState.IDLE, ChannelState.DONE)
+        return self.fetch(port, count) if idle else None
 
     def error_at_once(self, port: int) -> int | None:
         """Execute a transaction that was just started with that option, as for programs.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from firmware_protocol.enums import SensorMode, SensorType
@@ -11,8 +12,8 @@ from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.i2c_reader import DISTANCE, TEMPERATURE, I2CReader, I2CSensor
 from sim_backend.firmware.ui.states import Programs
-from sim_backend.firmware.ui.times import CHECK_MS
 
 FILE = "Tmp.log"
 """The log until it is stored under another name."""
@@ -24,6 +25,8 @@ _SAMPLED_MS, _WRITTEN_MS = 80, 99
 _TURN = 360
 """Degrees of a rotation."""
 
+_NO_VALUE = "-"
+
 
 class Value(NamedTuple):
     """A value that can be logged.
@@ -33,12 +36,43 @@ class Value(NamedTuple):
         unit: What follows that name: `_` and the unit, if it has one.
         type: Type of the input; none for a motor.
         mode: Mode of the input.
+        i2c: The I2C sensor, if it is one.
+        text: What the file shows for the bytes of that sensor.
     """
 
     sensor: str
     unit: str = ""
     type: SensorType = SensorType.NONE
     mode: SensorMode = SensorMode.RAW
+    i2c: I2CSensor | None = None
+    text: Callable[[bytes], str] = str
+
+
+_NO_ECHO = 255
+_CM_PER_INCH = 2.54
+
+
+def _cm(data: bytes) -> str:
+    return _NO_VALUE if data[0] == _NO_ECHO else str(data[0])
+
+
+def _inches(data: bytes) -> str:
+    return _NO_VALUE if data[0] == _NO_ECHO else f"{data[0] / _CM_PER_INCH:.0f}"
+
+
+def _celsius(data: bytes) -> str:
+    """256 is one degree."""
+    return _tenths(int.from_bytes(data, signed=True) * 10 / 256)
+
+
+def _fahrenheit(data: bytes) -> str:
+    """142 is one degree, rather than 256 / 1.8."""
+    return _tenths((int.from_bytes(data, signed=True) * 10 + 320 * 142) / 142)
+
+
+def _tenths(number: float) -> str:
+    """Cut off a number of tenths."""
+    return f"{int(number) / 10:.1f}"
 
 
 _TEMPERATURE, _SOUND, _LIGHT, _ROTATION, _DISTANCE = (
@@ -51,8 +85,8 @@ _TEMPERATURE, _SOUND, _LIGHT, _ROTATION, _DISTANCE = (
 _ROTATIONS = Value(_ROTATION, "_rot")
 
 VALUES = (
-    Value(_TEMPERATURE, "_C", SensorType.LOW_SPEED_9V),
-    Value(_TEMPERATURE, "_F", SensorType.LOW_SPEED_9V),
+    Value(_TEMPERATURE, "_C", SensorType.LOW_SPEED_9V, i2c=TEMPERATURE, text=_celsius),
+    Value(_TEMPERATURE, "_F", SensorType.LOW_SPEED_9V, i2c=TEMPERATURE, text=_fahrenheit),
     Value(_SOUND, "_dB", SensorType.SOUND_DB, SensorMode.PERCENT),
     Value(_SOUND, "_dBa", SensorType.SOUND_DBA, SensorMode.PERCENT),
     Value(_LIGHT, "_on", SensorType.LIGHT_ACTIVE, SensorMode.PERCENT),
@@ -60,8 +94,8 @@ VALUES = (
     _ROTATIONS,
     Value(_ROTATION, "_deg"),
     Value("Bumper", type=SensorType.SWITCH, mode=SensorMode.BOOLEAN),
-    Value(_DISTANCE, "_in", SensorType.LOW_SPEED_9V),
-    Value(_DISTANCE, "_cm", SensorType.LOW_SPEED_9V),
+    Value(_DISTANCE, "_in", SensorType.LOW_SPEED_9V, i2c=DISTANCE, text=_inches),
+    Value(_DISTANCE, "_cm", SensorType.LOW_SPEED_9V, i2c=DISTANCE, text=_cm),
     Value("Color Detector", "_0", SensorType.COLOR_FULL),
 )
 """The values, in the order of the menu."""
@@ -78,6 +112,7 @@ class DataLog:
         loader: Stores the file.
         inputs: The sensors.
         outputs: The motors.
+        i2c: Reads the I2C sensors.
         programs: Gives the brick's time, and the time that a telegram has set.
         screen: Shows the values.
 
@@ -93,11 +128,12 @@ class DataLog:
         loader: Loader,
         inputs: InputModule,
         outputs: OutputModule,
+        i2c: I2CReader,
         programs: Programs,
         screen: ScreenRefresh,
     ) -> None:
         self._clock, self._loader, self._screen = clock, loader, screen
-        self._inputs, self._outputs, self._programs = inputs, outputs, programs
+        self._inputs, self._outputs, self._i2c, self._programs = inputs, outputs, i2c, programs
         self.runs = self.fails = self.draws = False
         self._values: list[tuple[int, Value]] = []
         self._sample: list[str] = []
@@ -136,8 +172,9 @@ class DataLog:
         passed_ms = now_ms - self._started_ms
         if passed_ms == 1:
             self._set_up()
-        elif passed_ms % CHECK_MS == 0:
+        elif passed_ms % self._i2c.step_ms == 0:
             self._keep_types()
+            self._i2c.go_on(passed_ms)
         if passed_ms % _PERIOD_MS == _SAMPLED_MS:
             self._sample = [self._reading(port, value) for port, value in self._values]
         elif writes and passed_ms % _PERIOD_MS == _WRITTEN_MS:
@@ -149,7 +186,7 @@ class DataLog:
             self._screen.mark(marks.LOG_TIME)
         events_ms = self._started_ms + _SAMPLED_MS, self._started_ms + _WRITTEN_MS, self._drawn_ms
         waits_ms = min((event_ms - now_ms) % _PERIOD_MS or _PERIOD_MS for event_ms in events_ms)
-        return now_ms + min(waits_ms, CHECK_MS - passed_ms % CHECK_MS)
+        return now_ms + min(waits_ms, self._i2c.step_ms - passed_ms % self._i2c.step_ms)
 
     def _set_up(self) -> None:
         """Set types and modes, and count motors from here on."""
@@ -158,6 +195,7 @@ class DataLog:
                 self._outputs.restart_count(port - SENSOR_PORTS)
             else:
                 self._inputs.store(port, type=value.type, mode=value.mode)
+        self._i2c.begin({port: value.i2c for port, value in self._values if value.i2c})
         self.draws = True
 
     def _keep_types(self) -> None:
@@ -178,9 +216,11 @@ class DataLog:
         if port >= SENSOR_PORTS:
             count = self._outputs.controls[port - SENSOR_PORTS].count
             return f"{count / _TURN:.0f}" if value is _ROTATIONS else str(count)
+        if value.i2c:
+            data = self._i2c.data(port)
+            return _NO_VALUE if data is None else value.text(data)
         sensor = self._inputs.ports[port]
-        unread = sensor.invalid or value.type is SensorType.LOW_SPEED_9V  # as from a port without an I2C sensor
-        return "-" if unread else str(sensor.scaled)
+        return _NO_VALUE if sensor.invalid else str(sensor.scaled)
 
     def _write(self, *columns: object) -> bool:
         """Write a line, and return whether it fits."""

@@ -277,6 +277,7 @@ class Menu:
         """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
         if slow:
+            self.view.clear()
             self.states.draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
         return slow
 

@@ -14,7 +14,6 @@ from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
-from sim_backend.firmware.ui.times import CHECK_MS
 
 
 class MenuKeys:
@@ -30,7 +29,7 @@ class MenuKeys:
         screen: ScreenRefresh,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
-        self._screen, self._drawn_ms, self._checked_ms = screen, 0, 0
+        self._screen, self._drawn_ms, self._set_up_ms = screen, 0, 0
 
     @property
     def active(self) -> bool:
@@ -54,23 +53,32 @@ class MenuKeys:
 
     def follow(self) -> None:
         """Follow a key, if it counts."""
-        registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
+        menu = self._menu
         key = self._keys.read() if self.awaited else 0
         if self._logs:
             self._follow_log(key)
         elif menu.shows_value:
-            if key == Key.EXIT:
-                menu.leave_view()
-                registers.next_step_ms = now_ms + 1
-            elif key == Key.ENTER:
-                self._checked_ms = now_ms
-                self._await_value()
+            self._follow_view(key)
         elif key:
             if menu.message.shown:
                 self.close_message()
             else:
                 menu.press(key)
                 self.show()
+
+    def _follow_view(self, key: int) -> None:
+        """Leave the value that is shown, or set it up again, in the next pass; work due in this pass comes first."""
+        registers, view, now_ms = self._registers, self._menu.view, self._clock.now_ms
+        if key not in (Key.ENTER, Key.EXIT):
+            return
+        if now_ms >= registers.next_step_ms:
+            self.show_value(draws=key != Key.EXIT)
+        if key == Key.EXIT:
+            self._menu.leave_view()
+        else:
+            view.set_up_again()
+            self._set_up_ms = now_ms if view.modern else self._set_up_ms
+        registers.next_step_ms = now_ms + 1
 
     def close_message(self) -> None:
         """Close a message: a key was pressed, or its time is over."""
@@ -150,26 +158,31 @@ class MenuKeys:
         self._registers.set(UiFlag.BUSY | UiFlag.REDRAW_STATUS)
         self._screen.mark(marks.VALUE)
         view.shown, self._drawn_ms = True, self._clock.now_ms
-        self._checked_ms = self._drawn_ms
+        self._set_up_ms = self._drawn_ms
         if view.modern:
             self._registers.next_step_ms = self._clock.now_ms + 1
         else:
-            self.show_value()
+            view.set_up()
+            self._await_value()
 
-    def show_value(self) -> None:
-        """Set up the port of the value that is shown, check it, or draw the value again."""
+    def show_value(self, *, draws: bool = True) -> None:
+        """Set up the port of the value that is shown, look after it, and draw the value again.
+
+        Args:
+            draws: Whether the value is drawn when that is due; in the pass of exit it is not.
+        """
         view, now_ms = self._menu.view, self._clock.now_ms
+        passed_ms = now_ms - self._set_up_ms
         if view.chosen:
             view.set_up()
-        else:
-            if (now_ms - self._checked_ms) % CHECK_MS == 0:
-                view.keep_types()
-            if (now_ms - self._drawn_ms) % view.period_ms == 0:
-                self._screen.mark(marks.VALUE_AGAIN)
+        if passed_ms % view.step_ms == 0:
+            view.look_after_ports(passed_ms)
+        if draws and (now_ms - self._drawn_ms) % view.period_ms == 0:
+            self._screen.mark(marks.VALUE_AGAIN)
         self._await_value()
 
     def _await_value(self) -> None:
-        """Wait for the next check of the inputs, which enter delays, or the next drawing of the value."""
-        now_ms, period_ms = self._clock.now_ms, self._menu.view.period_ms
-        check_ms = CHECK_MS - (now_ms - self._checked_ms) % CHECK_MS
-        self._registers.next_step_ms = now_ms + min(check_ms, period_ms - (now_ms - self._drawn_ms) % period_ms)
+        """Wait for the next look at the ports, which enter delays, or the next drawing of the value."""
+        now_ms, period_ms, step_ms = self._clock.now_ms, self._menu.view.period_ms, self._menu.view.step_ms
+        waits_ms = step_ms - (now_ms - self._set_up_ms) % step_ms
+        self._registers.next_step_ms = now_ms + min(waits_ms, period_ms - (now_ms - self._drawn_ms) % period_ms)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.ui.data_log import SENSOR_PORTS
+from sim_backend.firmware.ui.i2c_reader import DISTANCE, TEMPERATURE, I2CReader, I2CSensor
 
 VIEW = 3
 """Item of the main menu."""
@@ -12,45 +16,54 @@ VIEW = 3
 _PAGE_LEVEL = 3
 """Items that lead to the page: view, kind of value, and the port."""
 
+
+class _Sensor(NamedTuple):
+    """A sensor whose value can be shown. Mode None leaves that of the input."""
+
+    type: SensorType
+    mode: SensorMode | None
+    i2c: I2CSensor | None = None
+
+
 _SOUND_AND_LIGHT = (
-    (SensorType.SOUND_DB, SensorMode.PERCENT),
-    (SensorType.SOUND_DBA, SensorMode.PERCENT),
-    (SensorType.LIGHT_ACTIVE, SensorMode.PERCENT),
-    (SensorType.LIGHT_INACTIVE, SensorMode.PERCENT),
+    _Sensor(SensorType.SOUND_DB, SensorMode.PERCENT),
+    _Sensor(SensorType.SOUND_DBA, SensorMode.PERCENT),
+    _Sensor(SensorType.LIGHT_ACTIVE, SensorMode.PERCENT),
+    _Sensor(SensorType.LIGHT_INACTIVE, SensorMode.PERCENT),
 )
-_I2C = (SensorType.LOW_SPEED_9V, SensorMode.RAW)
-_TOUCH = (SensorType.SWITCH, SensorMode.BOOLEAN)
-_OLD_I2C = (SensorType.LOW_SPEED_9V, None)
+_TEMPERATURE = _Sensor(SensorType.LOW_SPEED_9V, SensorMode.RAW, TEMPERATURE)
+_DISTANCE = _Sensor(SensorType.LOW_SPEED_9V, SensorMode.RAW, DISTANCE)
+_TOUCH = _Sensor(SensorType.SWITCH, SensorMode.BOOLEAN)
+_OLD_DISTANCE = _Sensor(SensorType.LOW_SPEED_9V, None, DISTANCE)
 _MOTOR = None
 
-_Value = tuple[SensorType, SensorMode | None] | None
+_Value = _Sensor | None
 _Values = tuple[_Value, ...]
 
 _VALUES: _Values = (
     *_SOUND_AND_LIGHT,
-    _I2C,
-    _I2C,
-    _MOTOR,
-    _MOTOR,
+    *(_TEMPERATURE, _TEMPERATURE),
+    *(_MOTOR, _MOTOR),
     _TOUCH,
-    _I2C,
-    _I2C,
-    (SensorType.COLOR_FULL, SensorMode.RAW),
+    *(_DISTANCE, _DISTANCE),
+    _Sensor(SensorType.COLOR_FULL, SensorMode.RAW),
 )
 _OLD_VALUES: _Values = (
     *_SOUND_AND_LIGHT,
-    (SensorType.REFLECTION, SensorMode.PERCENT),
-    (SensorType.TEMPERATURE, SensorMode.CELSIUS),
-    (SensorType.TEMPERATURE, SensorMode.FAHRENHEIT),
-    (SensorType.ANGLE, SensorMode.ANGLE_STEPS),
-    *(_MOTOR, _MOTOR, _TOUCH, _OLD_I2C, _OLD_I2C),
+    _Sensor(SensorType.REFLECTION, SensorMode.PERCENT),
+    _Sensor(SensorType.TEMPERATURE, SensorMode.CELSIUS),
+    _Sensor(SensorType.TEMPERATURE, SensorMode.FAHRENHEIT),
+    _Sensor(SensorType.ANGLE, SensorMode.ANGLE_STEPS),
+    *(_MOTOR, _MOTOR),
+    _TOUCH,
+    *(_OLD_DISTANCE, _OLD_DISTANCE),
 )
-"""Type and mode of the values that can be shown; None leaves the mode. The second table has neither colour nor log."""
+"""The values that can be shown; those of firmware without a data log."""
 
-_INCHES = 4
+_SLOW = 4
 """Item that is drawn in three passes; in old firmware the first one is."""
 
-_SENSOR_PORTS, _MOTOR_PORTS = 4, 3
+_MOTOR_PORTS = 3
 _PERIOD_MS, _OLD_PERIOD_MS = 200, 250
 
 
@@ -60,6 +73,7 @@ class SensorView:
     Args:
         inputs: The inputs.
         outputs: The motors.
+        i2c: Reads the I2C sensors.
         modern: Whether the firmware has a data log and the newer sensors.
 
     Attributes:
@@ -67,14 +81,16 @@ class SensorView:
         shown: Whether the page is shown.
         modern: Whether ports are set up one pass after the beginning of the page, and keep their types.
         period_ms: Time from one drawing of the value to the next.
+        step_ms: Period in which the page looks after its ports.
     """
 
-    def __init__(self, inputs: InputModule, outputs: OutputModule, *, modern: bool) -> None:
-        self._inputs, self._outputs = inputs, outputs
+    def __init__(self, inputs: InputModule, outputs: OutputModule, i2c: I2CReader, *, modern: bool) -> None:
+        self._inputs, self._outputs, self._i2c, self.step_ms = inputs, outputs, i2c, i2c.step_ms
         self.chosen = self.shown = False
         self.modern, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
-        self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
+        self._values, self._slow = (_VALUES, _SLOW) if modern else (_OLD_VALUES, 0)
         self._ports: dict[int, _Value] = {}
+        self._only_counts = False
 
     def items(self, menu: tuple[int, ...]) -> int:
         """Return the number of items of a menu below View, 0 of another one."""
@@ -82,7 +98,7 @@ class SensorView:
             return 0
         if len(menu) == 1:
             return len(self._values)
-        return _SENSOR_PORTS if self._values[menu[1] % len(self._values)] else _MOTOR_PORTS
+        return SENSOR_PORTS if self._values[menu[1] % len(self._values)] else _MOTOR_PORTS
 
     def is_slow(self, place: tuple[int, ...]) -> bool:
         """Return whether a place in the menus is an item of View that is drawn in three passes."""
@@ -94,31 +110,43 @@ class SensorView:
             return False
         self.chosen, (_, item, port) = True, place
         value = self._values[item]
-        if not self.modern or any((value is _MOTOR) != (other is _MOTOR) for other in self._ports.values()):
+        if not self.modern:
             self.clear()
-        self._ports[port] = value
+        self._ports[port if value else port + SENSOR_PORTS] = value
         return True
 
     def clear(self) -> None:
         """Forget the ports that were shown."""
         self._ports.clear()
 
+    def set_up_again(self) -> None:
+        """Set up the ports again in the next pass; old firmware only counts motors again."""
+        self.chosen, self._only_counts = True, not self.modern
+
     def set_up(self) -> None:
-        """Set types and modes of the inputs that were shown, or count their motors from here on."""
-        self.chosen = False
+        """Set types and modes of the inputs that were shown, and count such motors from here on."""
+        self.chosen, only_counts, self._only_counts = False, self._only_counts, False
         for port, value in self._ports.items():
             if value is _MOTOR:
-                self._outputs.restart_count(port)
-            elif value[1] is None:
-                self._inputs.store(port, type=value[0])
+                self._outputs.restart_count(port - SENSOR_PORTS)
+            elif only_counts:
+                return
+            elif value.mode is None:
+                self._inputs.store(port, type=value.type)
             else:
-                self._inputs.store(port, type=value[0], mode=value[1])
+                self._inputs.store(port, type=value.type, mode=value.mode)
+        self._i2c.begin({port: value.i2c for port, value in self._ports.items() if value and value.i2c})
 
-    def keep_types(self) -> None:
-        """Give the inputs that were shown their types and modes again, if they have got others."""
+    def look_after_ports(self, passed_ms: int) -> None:
+        """Give the inputs that were shown their types and modes again, if they have got others, and read I2C sensors.
+
+        Args:
+            passed_ms: Time since the page began, a multiple of `step_ms`.
+        """
         for port, value in self._ports.items() if self.modern else ():
-            if value and value[1] is not None:
-                self._inputs.keep_type(port, value[0], value[1])
+            if value and value.mode is not None:
+                self._inputs.keep_type(port, value.type, value.mode)
+        self._i2c.go_on(passed_ms)
 
     def end(self) -> None:
         """Leave the page: the inputs have no types then, whatever was shown."""

@@ -37,6 +37,3 @@ MESSAGE_PASSES = 1500
 """The count at which state 14 ends while the brick is off."""
 MELODY_PASSES = 1000
 """The count of passes at which state 3 ends, which the message about a file's end counts twice in each pass."""
-
-CHECK_MS = 10
-"""Period in which a page of values gives its inputs their types again."""

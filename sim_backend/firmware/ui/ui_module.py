@@ -17,6 +17,7 @@ from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import states
 from sim_backend.firmware.ui.battery import Battery
@@ -24,6 +25,7 @@ from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
 from sim_backend.firmware.ui.data_log import DataLog
 from sim_backend.firmware.ui.file_runner import FileRunner
+from sim_backend.firmware.ui.i2c_reader import I2CReader
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import ENTER, EXIT, Key
 from sim_backend.firmware.ui.log_menu import LogMenu
@@ -68,6 +70,7 @@ class UiModule:
         loader: Loader,
         inputs: InputModule,
         outputs: OutputModule,
+        low_speed: LowSpeedModule,
         programs: Programs,
         radio: Radio,
         io_control: IoControl,
@@ -82,8 +85,9 @@ class UiModule:
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
         data_log = version.data_log
         settings = MenuSettings(registers, sleep_timer, self._stored)
-        view = SensorView(inputs, outputs, modern=data_log)
-        logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
+        i2c = I2CReader(low_speed, modern=data_log)
+        view = SensorView(inputs, outputs, i2c, modern=data_log)
+        logs = LogMenu(DataLog(clock, loader, inputs, outputs, i2c, programs, screen))
         steps = ProgramSteps(loader, programs, sound)
         self._menu = menu = Menu(registers, keys, settings, loader, screen, view, logs, steps, radio, has_log=data_log)
         self._files = FileRunner(
