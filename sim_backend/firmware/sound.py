@@ -12,21 +12,13 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name, unpack_name
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.waves import QUEUED, Waves, period_ms
+from sim_backend.firmware.sound_ring import SoundRing
+from sim_backend.firmware.waves import Waves
 
 MAX_VOLUME = 4
 
-_SAMPLE_CLOCKS = 512
-"""Clocks per sample of a file, times the divider of the clock."""
-
-_SLOWEST, _FASTEST = 2000, 16_000
-"""Range of sample rates."""
-
 _BUFFER = 64
 """Bytes of a file that are read at once; a smaller rest is not played."""
-
-_BUFFERS = 3
-"""Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
 CLICK, ATTENTION, STARTUP = b"! Click.rso\0", b"! Attention.rso\0", b"! Startup.rso\0"
 """Sounds of the user interface."""
@@ -89,12 +81,8 @@ class SoundModule:
         self.from_file = self._sounds = False
         self._ends_ms = self._next_ms = 0
         self._waves = Waves()
-        self._byte_ms = self._sample_ms = period_ms(_SAMPLE_CLOCKS, _SLOWEST)
-        self._from_ms = self._sample_rest_ms = 0.0
-        self._queue: list[float] = []
-        self._places: list[float] = []
-        self._queued_sample_ms = 0.0
-        self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
+        self._ring = SoundRing()
+        self._sample_rest_ms = 0.0
         self._is_melody = True  # pieces are samples only after the header of a file has declared them so
         self._plays_buffer = self._begins_again = False
         self._notes: list[tuple[int, int]] = []
@@ -129,12 +117,12 @@ class SoundModule:
     def audible(self) -> bool:
         """Whether a tone or file is playing: until the pass before its end, or before the last sample of a file."""
         if self.state == (SoundState.FILE if self._is_melody else SoundState.TONE) or not (
-            self._queue or self.state == SoundState.FILE
+            self._ring.ends_ms or self.state == SoundState.FILE
         ):
             return self._sounds and self._clock.now_ms < self._ends_ms - 1
-        if not self._queue:
+        if not self._ring.ends_ms:
             return self._sounds
-        return self._clock.now_ms + 1 < self._queue[-1] - self._queued_sample_ms
+        return self._clock.now_ms + 1 < self._ring.ends_ms - self._ring.queued_sample_ms
 
     def wake(self) -> None:
         """Check the flags in the next pass: they were written through the map."""
@@ -158,17 +146,18 @@ class SoundModule:
         if self.flags & SoundFlag.UPDATE:
             self._update(now_ms)
         if self.state == SoundState.STOP:
-            self.tone, self.from_file, self._queue = None, False, []
-            self._read = self._played = 0
+            self.tone, self.from_file = None, False
+            self._ring.silence()
+            self._ring.clear()
             self._notes, self._plays_buffer = [], False
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags, self._sounds = self.flags | SoundFlag.RUNNING, True
-            if self.state == SoundState.TONE and self._queue:  # the state was written while samples are played
-                self._ends_ms = max(self._ends_ms, ceil(self._queue[-1]))
-            if self.state == SoundState.FILE and not self._is_melody and self._read != self._played:
+            if self.state == SoundState.TONE:  # the state may have been written while samples are played
+                self._ends_ms = max(self._ends_ms, ceil(self._ring.ends_ms))
+            if self.state == SoundState.FILE and not self._is_melody and self._ring.waits:
                 self.from_file = True  # the loudspeaker gets it now, and plays it after a tone
-            nothing = self._handle is None and self._read == self._played and self.mode != SoundMode.LOOP
+            nothing = self._handle is None and not self._ring.waits and self.mode != SoundMode.LOOP
             if self.state == SoundState.FILE and nothing:  # a program or telegram has written the state
                 if now_ms < self._ends_ms:  # a tone plays on
                     self._end_state()
@@ -182,8 +171,8 @@ class SoundModule:
         self.flags &= ~int(SoundFlag.UPDATE)
         interrupts = bool(self.flags & SoundFlag.RUNNING)
         if self.mode & SoundMode.TONE:
-            rest_ms = self._rest_of_sample(now_ms)
-            self._queue = []
+            rest_ms = self._ring.rest_of_sample_ms(now_ms)
+            self._ring.silence()
             self._silence()
             self._begin(SoundState.TONE)
             self._start_tone(now_ms, rest_ms)
@@ -201,12 +190,13 @@ class SoundModule:
             return
         self._close_file()
         _, handle, size = self._loader.open_read(found.name)
-        self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts or not self._outlasts(now_ms) else 0.0
-        self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
+        ring = self._ring
+        self._sample_rest_ms = ring.rest_of_sample_ms(now_ms) if interrupts or not ring.outlasts(now_ms) else 0.0
+        ring.silence(after_ms=None if interrupts else now_ms)
         if interrupts:
             self.tone, self.from_file = None, False
             self._waves.cut(now_ms)
-        begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
+        begins_anew = interrupts or ring.is_full
         if begins_anew:
             self._notes, self._plays_buffer = [], False
         self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
@@ -232,13 +222,13 @@ class SoundModule:
             return
         if kind != _MELODY:
             rate, self.sample_rate = self.sample_rate or rate, 0
-        self._sample_ms = period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
-        self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
-        self._store(self._loader.read(handle, _BUFFER)[1])
-        hidden = self._read == self._played
-        self._from_ms = 0.0 if hidden else begins_ms + max(self._waves.rest_ms(begins_ms), self._sample_rest_ms)
-        samples_end_ms = self._queue[-1] - self._queued_sample_ms if self._is_melody and self._queue else 0.0
+        ring = self._ring
+        ring.set_rate(rate, 2 if kind == _COMPRESSED else 1)
+        ring.store(self._loader.read(handle, _BUFFER)[1])
+        rest_ms = max(self._waves.rest_ms(begins_ms), self._sample_rest_ms)
+        ring.from_ms = begins_ms + rest_ms if ring.waits else 0.0
+        samples_end_ms = ring.ends_ms - ring.queued_sample_ms if self._is_melody else 0.0
         self._ends_ms = max(begins_ms, ceil(samples_end_ms))
 
     def _go_on(self, before: SoundState, now_ms: int, *, closes: bool) -> None:
@@ -255,7 +245,7 @@ class SoundModule:
             self._begin(before)
             self._ends_ms = now_ms
         if before == SoundState.FILE and not self._is_melody:
-            while self._read != self._played:
+            while self._ring.waits:
                 self._queue_buffer(now_ms)
             self._silence()
 
@@ -273,31 +263,16 @@ class SoundModule:
 
     def _hand_over(self, now_ms: int) -> None:
         """Queue a buffer, if there is one and a place for it, and read another one if none is left."""
-        if self._read != self._played and now_ms >= self._place_ms and not self._runs_dry(now_ms):
+        if self._ring.waits and self._ring.takes(now_ms):
             self._queue_buffer(now_ms)
-        if self._read == self._played and not self._read_buffer():
+        if not (self._ring.waits or self._read_buffer()):
             self._silence()
             return
-        self._ends_ms = max(now_ms + 1, ceil(self._place_ms))
+        self._ends_ms = max(now_ms + 1, ceil(self._ring.place_ms))
 
     def _queue_buffer(self, now_ms: int) -> None:
-        slower_ms = QUEUED * (self._sample_ms - self._queued_sample_ms)  # the last samples have the new rate already
-        begins_ms = max([now_ms, self._from_ms, *(end_ms + slower_ms for end_ms in self._queue[-1:])])
-        ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
-        self._queue, self._queued_sample_ms = [*self._queue, ends_ms][-QUEUED:], self._sample_ms
-        self._places = [*self._places, ends_ms - QUEUED * self._sample_ms][-QUEUED:]
+        self._ring.queue(now_ms)
         self.from_file = True
-        self._played = (self._played + 1) % _BUFFERS
-
-    def _runs_dry(self, now_ms: int) -> bool:
-        """Return whether the last sample but one of the only buffer in the queue plays; then none can be added."""
-        alone = bool(self._queue) and all(end_ms <= now_ms for end_ms in self._queue[:-1])
-        return alone and 0.0 <= now_ms - self._places[-1] < self._sample_ms
-
-    @property
-    def _place_ms(self) -> float:
-        """When the queue has a place."""
-        return self._places[0] if len(self._queue) == QUEUED else 0.0
 
     def _read_buffer(self) -> bool:
         """Fill a buffer of the ring; at the end of the file, or if its handle was closed, a loop opens it again."""
@@ -309,7 +284,7 @@ class SoundModule:
             data = self._read_again()
             status = Status.OK if data else Status.END_OF_FILE
         if not status:
-            self._store(data)
+            self._ring.store(data)
         return not status
 
     def _read_again(self) -> bytes:
@@ -328,10 +303,6 @@ class SoundModule:
         self._loader.read(self._handle, _HEADER.size)
         return self._loader.read(self._handle, _BUFFER)[1]
 
-    def _store(self, data: bytes) -> None:
-        self._buffers[self._read] = data
-        self._read = (self._read + 1) % _BUFFERS
-
     def _play_note(self, now_ms: int) -> None:
         """Play the next note of a melody; its buffer stays in the ring until its last note has ended.
 
@@ -339,36 +310,27 @@ class SoundModule:
         """
         while not self._notes:
             if self._plays_buffer:
-                self._played, self._plays_buffer = (self._played + 1) % _BUFFERS, False
-                if self._read != self._played:  # one that waits in the ring begins in the next pass
+                self._ring.free()
+                self._plays_buffer = False
+                if self._ring.waits:  # one that waits in the ring begins in the next pass
                     self._ends_ms = now_ms + 1
                     return
-            if self._read == self._played:
+            if not self._ring.waits:
                 if not self._read_buffer():
                     self._silence()
                     return
                 if self._begins_again:
                     self._ends_ms = now_ms + 1
                     return
-            self._plays_buffer, data = True, self._buffers[self._played]
+            self._plays_buffer, data = True, self._ring.piece
             self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
         frequency_hz, duration_ms = self._notes.pop(0)
-        follows_samples = self._queue and now_ms < self._queue[-1]
-        self._play_waves(frequency_hz, duration_ms, now_ms, self._queued_sample_ms if follows_samples else 0.0)
+        rest_ms = self._ring.queued_sample_ms if self._ring.outlasts(now_ms) else 0.0
+        self._play_waves(frequency_hz, duration_ms, now_ms, rest_ms)
 
     def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play a tone, after the rest of a sample or of another tone's wave."""
         self._ends_ms = self._next_ms = self._waves.begin(frequency_hz, duration_ms, now_ms, rest_ms)
-
-    def _rest_of_sample(self, now_ms: int) -> float:
-        """Return how long the sample of a file that is on the loudspeaker still takes, a whole one in its last pass."""
-        if self._outlasts(now_ms):
-            return (self._queue[-1] - now_ms) % self._sample_ms
-        return self._sample_ms if self._outlasts(now_ms - 1) else 0.0
-
-    def _outlasts(self, now_ms: int) -> bool:
-        """Return whether a file is on the loudspeaker until after a pass."""
-        return bool(self._queue) and now_ms < self._queue[-1]
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""
