@@ -325,8 +325,7 @@ class SoundModule:
             self._plays_buffer, data = True, self._ring.piece
             self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
         frequency_hz, duration_ms = self._notes.pop(0)
-        rest_ms = self._ring.queued_sample_ms if self._ring.outlasts(now_ms) else 0.0
-        self._play_waves(frequency_hz, duration_ms, now_ms, rest_ms)
+        self._play_waves(frequency_hz, duration_ms, now_ms, self._ring.rest_for_note_ms(now_ms))
 
     def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play a tone, after the rest of a sample or of another tone's wave."""

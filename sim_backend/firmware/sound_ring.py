@@ -27,7 +27,7 @@ class SoundRing:
         self._byte_ms = self._sample_ms = period_ms(_SAMPLE_CLOCKS, _SLOWEST)
         self._ends: list[float] = []
         self._places: list[float] = []
-        self.from_ms = self.queued_sample_ms = 0.0
+        self.from_ms = self.queued_sample_ms = self._chained_sample_ms = 0.0
 
     def set_rate(self, samples_per_s: int, samples_per_byte: int) -> None:
         """Set the rate and the format of the samples to come."""
@@ -64,9 +64,11 @@ class SoundRing:
 
     def queue(self, now_ms: int) -> None:
         """Give the next piece to the loudspeaker as samples."""
-        slower_ms = QUEUED * (self._sample_ms - self.queued_sample_ms)  # the last samples have the new rate already
+        slower_ms = self._sample_ms - self.queued_sample_ms  # the last sample has the new rate already
         begins_ms = max([now_ms, self.from_ms, *(end_ms + slower_ms for end_ms in self._ends[-1:])])
         ends_ms = begins_ms + len(self.piece) * self._byte_ms
+        if self.outlasts(now_ms):
+            self._chained_sample_ms = self._sample_ms
         self._ends, self.queued_sample_ms = [*self._ends, ends_ms][-QUEUED:], self._sample_ms
         self._places = [*self._places, ends_ms - QUEUED * self._sample_ms][-QUEUED:]
         self.free()
@@ -94,6 +96,14 @@ class SoundRing:
     def outlasts(self, now_ms: int) -> bool:
         """Return whether samples are on the loudspeaker until after a pass."""
         return now_ms < self.ends_ms
+
+    def rest_for_note_ms(self, now_ms: int) -> float:
+        """Return how long a note waits for samples: one more in the pass in which the last one begins.
+
+        It lasts as long as in the last piece that was queued behind another one; there is none before such a piece.
+        """
+        last_begins = now_ms < self.ends_ms - self.queued_sample_ms + 1
+        return self._chained_sample_ms if last_begins else 0.0
 
     def rest_of_sample_ms(self, now_ms: int) -> float:
         """Return how long the sample that is on the loudspeaker still takes, a whole one in its last pass."""
