@@ -60,7 +60,7 @@ class HighSpeed:
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
         self._opened_ms = self._loses_ms = NEVER
-        self._fresh = self._set_up_once = True
+        self._fresh, self._initialised = True, False
         self._line, self._line_ms = b"", clock.now_ms
         self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
         self._stored, self._count = bytearray(), 0
@@ -155,7 +155,7 @@ class HighSpeed:
     def _take(self, until_ms: int) -> None:
         """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
-        Once a receiver that was set up only once is full, the ring gets the stored bytes again.
+        Beyond the bytes that a receiver stores which was never initialised, the ring gets the stored ones again.
         A place behind the ring is followed by its first one.
         """
         if self._loses_ms <= until_ms:
@@ -169,7 +169,7 @@ class HighSpeed:
             self._stored += data[: _BUFFERED - len(self._stored)]
             for byte in data:
                 if self._in < _RING:
-                    self._ring[self._in] = self._stored[self._count % _BUFFERED] if self._set_up_once else byte
+                    self._ring[self._in] = byte if self._initialised else self._stored[self._count % _BUFFERED]
                 self._count += 1
                 self._in = self._in + 1 if self._in + 1 < _RING else 0
         self._line_ms = max(self._line_ms, until_ms + 1)
@@ -180,6 +180,7 @@ class HighSpeed:
             if self._state == HighSpeedState.INITIALISE:
                 self._take(self._next_ms)
                 self._stored, self._count = bytearray(), 0
+                self._initialised = True
                 self._lose(self._next_ms)
                 if self._opened_ms != NEVER:
                     self._opened_ms = self._next_ms
@@ -202,7 +203,7 @@ class HighSpeed:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
             self._take(self._next_ms)
-            if self._opened_ms != NEVER:  # opened again
+            if self._opened_ms != NEVER or not self._initialised:
                 self._stored, self._count = bytearray(), 0
             self._opened_ms = self._next_ms
             self._lose(self._next_ms + 1)
@@ -221,5 +222,4 @@ class HighSpeed:
 
     def _lose(self, at_ms: int) -> None:
         """Lose, in a pass, what the receiver's buffers have taken, if they were set up before."""
-        self._loses_ms = NEVER if self._fresh else at_ms
-        self._set_up_once, self._fresh = self._fresh, False
+        self._loses_ms, self._fresh = NEVER if self._fresh else at_ms, False
