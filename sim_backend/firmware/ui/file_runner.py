@@ -251,15 +251,12 @@ class FileRunner:
         """Draw the next part of a program made on the brick, for which a file is missing."""
         program = self._menu.program
         drawn = len(program.drawn_file) - len(self._parts)
-        held = {marks.STARTED_WITH - 1: program.waits, marks.STARTED_WITH + 1: program.runs}
-        if drawn in held and held[drawn]():
+        if drawn in program.holds and program.holds[drawn]():
             return
         program.icons = self._steps
         self._screen.mark(self._parts.pop(0))
-        if drawn == marks.STARTED_WITH:
-            program.start()
-        elif drawn == marks.STARTED_WITH + 1:
-            program.end()
+        if drawn in program.actions:
+            program.actions[drawn]()
 
     def _show_beginning(self) -> None:
         """Draw the picture of a file that is about to be opened."""

@@ -70,7 +70,6 @@ class MenuSteps:
 
     def _run(self) -> None:
         """Run the program, for which a file is missing."""
-        started, program = marks.STARTED_WITH, self._program
-        self._states.draw_last(*marks.NOT_RUN, actions={started: program.start, started + 1: program.end})
-        self._states.hold(started - 1 - len(marks.NOT_RUN), program.waits)
-        self._states.hold(started + 1 - len(marks.NOT_RUN), program.runs)
+        self._states.draw_last(*marks.NOT_RUN, actions=self._program.actions)
+        for number, held in self._program.holds.items():
+            self._states.hold(number - len(marks.NOT_RUN), held)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from firmware_protocol.iomap import ProgramStatus
 from firmware_protocol.status import Status
@@ -110,6 +110,16 @@ class ProgramSteps:
             if self._step == len(_CHOICES):
                 self._store(_HEADER + bytes(_CODES[icon] for icon in self._chosen))
         self.icons = self._chosen
+
+    @property
+    def holds(self) -> Mapping[int, Callable[[], bool]]:
+        """What holds a pass of the drawing when it runs, by the number of the pass."""
+        return {marks.STARTED_WITH - 1: self.waits, marks.STARTED_WITH + 1: self.runs}
+
+    @property
+    def actions(self) -> Mapping[int, Callable[[], None]]:
+        """What is done at the end of a pass of the drawing when it runs, by the number of the pass."""
+        return {marks.STARTED_WITH: self.start, marks.STARTED_WITH + 1: self.end}
 
     def waits(self) -> bool:
         """Return whether its start waits for the end of a sound."""
