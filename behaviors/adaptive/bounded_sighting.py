@@ -41,11 +41,9 @@ def limit_to_echo(sighting: Sighting, echo_ahead_mm: float | None) -> Sighting:
         sighting: With its distance by a guessed size.
         echo_ahead_mm: How far in front of the lens the echo comes from, or None.
     """
-    return (
-        sighting
-        if echo_ahead_mm is None or abs(sighting.bearing_deg) > BEAM_DEG
-        else limit_distance(sighting, echo_ahead_mm)
-    )
+    if echo_ahead_mm is None or abs(sighting.bearing_deg) > BEAM_DEG:
+        return sighting
+    return limit_distance(sighting, echo_ahead_mm)
 
 
 def limit_distance(sighting: Sighting, most_mm: float) -> Sighting:
