@@ -17,7 +17,7 @@ from behaviors.wiring import WiringCheck
 
 
 @dataclass(frozen=True, slots=True)
-class SkillNumbers:
+class SkillTuning:
     """Tuning constants of the steering of all approaches.
 
     Attributes:
@@ -31,7 +31,7 @@ class SkillNumbers:
     sharp_deg: float = 20.0
 
 
-N = SkillNumbers()
+TUNING = SkillTuning()
 
 
 class TimeUp(Exception):
@@ -108,7 +108,9 @@ class Skill(Protocol):
         ...
 
 
-def steering_deg_s(bearing_deg: float, per_s: float = N.steer_per_s, limit_deg_s: float = N.steer_limit_deg_s) -> float:
+def steering_deg_s(
+    bearing_deg: float, per_s: float = TUNING.steer_per_s, limit_deg_s: float = TUNING.steer_limit_deg_s
+) -> float:
     """Return the turn rate towards a bearing, deg/s: proportional up to a limit, positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 

@@ -27,7 +27,7 @@ from behaviors.pose_history import PoseHistory
 
 
 @dataclass(frozen=True, slots=True)
-class WiringNumbers:
+class WiringTuning:
     """Tuning constants of the check.
 
     Attributes:
@@ -72,15 +72,17 @@ class WiringNumbers:
     changes: float = 0.01
 
 
-N = WiringNumbers()
+TUNING = WiringTuning()
 
 Slip = tuple[float, float]
 """Shares of the left and the right motor's motion that arrive on the floor."""
 
-SLIPS: dict[Slip, float] = {(1, 1): 1.0 - N.slips} | dict.fromkeys(((0.5, 1), (1, 0.5), (0, 1), (1, 0)), N.slips / 4)
+SLIPS: dict[Slip, float] = {(1, 1): 1.0 - TUNING.slips} | dict.fromkeys(
+    ((0.5, 1), (1, 0.5), (0, 1), (1, 0)), TUNING.slips / 4
+)
 """How the wheels may slip, and how probable that usually is."""
 
-AGES: dict[float, float] = {0.0: 1.0 - 3 * N.older} | dict.fromkeys((0.15, 0.3, 0.45), N.older)
+AGES: dict[float, float] = {0.0: 1.0 - 3 * TUNING.older} | dict.fromkeys((0.15, 0.3, 0.45), TUNING.older)
 """How much older than they say frames may be, in seconds, and how probable that is."""
 
 Displacement = tuple[float, float]
@@ -143,10 +145,10 @@ class WiringCheck:
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
         self._echoes: list[tuple[float, float, Pose]] = []
-        wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
+        wrong = (1.0 - TUNING.described) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
-                (slip, age_s): slips * aged * (N.described if wiring == AS_DESCRIBED else wrong)
+                (slip, age_s): slips * aged * (TUNING.described if wiring == AS_DESCRIBED else wrong)
                 for (slip, slips), (age_s, aged) in product(SLIPS.items(), AGES.items())
             }
             for wiring in WIRINGS
@@ -185,10 +187,10 @@ class WiringCheck:
         A robot that drives in circles receives the same echoes again and again; they may fit a wrong wiring's short
         ways, but not its long ones.
         """
-        self._echoes = [echo for echo in self._echoes if time_s - echo[0] <= N.within_s]
+        self._echoes = [echo for echo in self._echoes if time_s - echo[0] <= TUNING.within_s]
         if self._echoes:
             forward_mm, turned_deg = _displacement(self._echoes[-1][2], pose)
-            if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < N.rolled_mm:
+            if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < TUNING.rolled_mm:
                 return
         for _, before_mm, before in self._echoes[:1] + self._echoes[1:][-1:]:
             displacement = _displacement(before, pose)
@@ -200,10 +202,10 @@ class WiringCheck:
         last, then = self._seen or (seen, poses)
         displacements = {age_s: _displacement(then[age_s], pose) for age_s, pose in poses.items()}
         moved = any(
-            abs(turned_deg) >= N.turned_deg or abs(forward_mm) >= N.approached * last.distance_mm
+            abs(turned_deg) >= TUNING.turned_deg or abs(forward_mm) >= TUNING.approached * last.distance_mm
             for forward_mm, turned_deg in displacements.values()
         )
-        unlike = last.target != seen.target or seen.time_s - last.time_s > N.within_s
+        unlike = last.target != seen.target or seen.time_s - last.time_s > TUNING.within_s
         if self._seen is None or unlike or moved:
             self._seen = seen, poses
         if moved and not unlike:
@@ -227,15 +229,15 @@ class WiringCheck:
                 moving = wiring.slipping(slip).true_displacement
                 likelihoods = {displacement: likelihood(*moving(*displacement, track_mm)) for displacement in different}
                 for age_s, displacement in displacements.items():
-                    now = (1.0 - N.changes) * chances[slip, age_s] + N.changes * usual * of_age[age_s]
+                    now = (1.0 - TUNING.changes) * chances[slip, age_s] + TUNING.changes * usual * of_age[age_s]
                     chances[slip, age_s] = now * likelihoods[displacement]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {how: chance / total for how, chance in chances.items()}
             for wiring, chances in self._chances.items()
         }
-        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= N.right
-        if self._chance(AS_DESCRIBED) <= N.wrong:
+        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= TUNING.right
+        if self._chance(AS_DESCRIBED) <= TUNING.wrong:
             raise WrongWiring(self._advice())
 
     def _chance(self, wiring: Wiring) -> float:
@@ -247,12 +249,12 @@ class WiringCheck:
         place = self._camera.lens_at(start).ahead(last.distance_mm, last.bearing_deg)
         x_mm, y_mm = start.ahead(forward_mm, turned_deg / 2)
         bearing_deg, distance_mm = self._camera.lens_at(Pose(x_mm, y_mm, turned_deg)).polar_to(place)
-        spread_deg = N.bearing_deg + N.of_turn * abs(turned_deg)
+        spread_deg = TUNING.bearing_deg + TUNING.of_turn * abs(turned_deg)
 
         def density(bearing_deg: float, distance_mm: float) -> float:
             nearer = math.log(seen.distance_mm / max(distance_mm, 1.0))
             off_deg = wrapped_deg(seen.bearing_deg - bearing_deg)
-            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, N.of_distance).pdf(nearer)
+            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, TUNING.of_distance).pdf(nearer)
 
         anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
@@ -272,13 +274,13 @@ class WiringCheck:
 
 def _echo_likelihood(last_mm: float, now_mm: float, forward_mm: float, turned_deg: float) -> float:
     """Return how probable an echo is after another one, if the robot really moved like this in between."""
-    farther_mm, anything, echoes = now_mm - last_mm, 1.0 / N.any_mm, NormalDist(0.0, N.echo_mm)
-    expected = anything if abs(turned_deg) > N.straight_deg else echoes.pdf(farther_mm + forward_mm)
+    farther_mm, anything, echoes = now_mm - last_mm, 1.0 / TUNING.any_mm, NormalDist(0.0, TUNING.echo_mm)
+    expected = anything if abs(turned_deg) > TUNING.straight_deg else echoes.pdf(farther_mm + forward_mm)
     return _mixed(expected, echoes.pdf(farther_mm), anything)
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
-    return (1.0 - N.late - N.stray) * moved + N.late * late + N.stray * stray
+    return (1.0 - TUNING.late - TUNING.stray) * moved + TUNING.late * late + TUNING.stray * stray
 
 
 def _displacement(last: Pose, pose: Pose) -> Displacement:

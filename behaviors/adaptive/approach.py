@@ -6,21 +6,21 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from behaviors.adaptive.arrival import TUNING as ARRIVAL
 from behaviors.adaptive.arrival import Arrival, arrive_failed
-from behaviors.adaptive.arrival import N as ARRIVAL
-from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import TUNING as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception, blocker_without_echo
 from behaviors.adaptive.retreat import Retreat
-from behaviors.adaptive.target_memory import N as TARGETS
+from behaviors.adaptive.target_memory import TUNING as TARGETS
 from behaviors.adaptive.target_memory import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Point, Pose, StopReason
-from behaviors.skills import N as SKILLS
+from behaviors.skills import TUNING as SKILLS
 
 
 @dataclass(frozen=True, slots=True)
-class ApproachNumbers:
+class ApproachTuning:
     """Tuning constants of an approach.
 
     Attributes:
@@ -66,7 +66,7 @@ class ApproachNumbers:
     retreat_mm: float = 80.0
 
 
-N = ApproachNumbers()
+TUNING = ApproachTuning()
 
 
 class ApproachSkill:
@@ -136,12 +136,13 @@ class ApproachSkill:
         before = (
             observation.range_mm is not None
             and abs(bearing_deg) <= ARRIVAL.ahead_deg
-            and observation.range_mm <= min(N.blocked_mm if hides else N.beside_mm, distance_mm - N.before_mm)
+            and observation.range_mm
+            <= min(TUNING.blocked_mm if hides else TUNING.beside_mm, distance_mm - TUNING.before_mm)
         )
         self._blocked_echoes = self._blocked_echoes + 1 if before else 0
-        if self._blocked_echoes >= N.echoes and distance_mm > self._arrival.near_mm:
+        if self._blocked_echoes >= TUNING.echoes and distance_mm > self._arrival.near_mm:
             return self._blocked(observation, hides=hides)
-        if self._trusts_map and distance_mm > N.map_ends_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
+        if self._trusts_map and distance_mm > TUNING.map_ends_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
                 measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
@@ -156,7 +157,11 @@ class ApproachSkill:
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
         """Report a target out of view: something hides it, it moved, or it is seen from too far to the side here."""
         range_mm = observation.range_mm
-        if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
+        if (
+            range_mm is not None
+            and range_mm <= distance_mm - TUNING.before_mm
+            and abs(bearing_deg) <= ARRIVAL.ahead_deg
+        ):
             return arrive_failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
         turned_away = self._perception.world.targets.slant.was_oblique(self._perception.target)
         finding = None if turned_away else TargetFinding.MOVED
@@ -168,10 +173,10 @@ class ApproachSkill:
         Objects beside the beam may give no echo now.
         """
         world = self._perception.world
-        share = min(1.0, N.stretch_mm / distance_mm)
+        share = min(1.0, TUNING.stretch_mm / distance_mm)
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=N.clearance_mm)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=TUNING.clearance_mm)
         return None if blocked_mm is None else max(0.0, blocked_mm - world.floor.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
@@ -185,17 +190,21 @@ class ApproachSkill:
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""
         pose = self._perception.world.pose
-        while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - N.kept_s:
+        while self._driven and self._driven[0][0] < observation.time_s - TUNING.progress_s - TUNING.kept_s:
             self._driven.popleft()
-        if not self._driven or self._driven[0][0] > observation.time_s - N.progress_s:
+        if not self._driven or self._driven[0][0] > observation.time_s - TUNING.progress_s:
             return None
         _, then, then_mm = self._driven[0]
         moved_mm = then.distance_mm_to(pose)
-        if moved_mm < N.progress_mm:
+        if moved_mm < TUNING.progress_mm:
             return arrive_failed(
                 Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm), moved_mm=moved_mm
             )
-        if observation.sighting is not None and moved_mm > N.slipped_mm and then_mm - known.distance_mm < N.closer_mm:
+        if (
+            observation.sighting is not None
+            and moved_mm > TUNING.slipped_mm
+            and then_mm - known.distance_mm < TUNING.closer_mm
+        ):
             return arrive_failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
 
@@ -210,9 +219,9 @@ class ApproachSkill:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         self._arrival.move_off()
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
-        near = min(1.0, max(N.slowest, (distance_mm - self._arrival.stop_mm) / N.slow_mm))
+        near = min(1.0, max(TUNING.slowest, (distance_mm - self._arrival.stop_mm) / TUNING.slow_mm))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
-        if ahead < N.straight:
+        if ahead < TUNING.straight:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))
@@ -223,7 +232,7 @@ class ApproachSkill:
             return self._touched(observation)
         if stop is StopReason.STALLED:
             return arrive_failed(Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm))
-        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > N.hidden_s)
+        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > TUNING.hidden_s)
 
     def _touched(self, observation: Observation) -> Failure:
         """Map an obstacle that was touched before a sensor detected it, and back off."""
@@ -232,7 +241,7 @@ class ApproachSkill:
         hides = self._arrival.seen is None
         blocker = blocker_without_echo(observation.range_mm, hides=hides)
         failure = arrive_failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
-        self._retreat = Retreat(perception, N.retreat_mm, StopReason.CONTACT), failure
+        self._retreat = Retreat(perception, TUNING.retreat_mm, StopReason.CONTACT), failure
         return self._back_off(*self._retreat)
 
     def _back_off(self, retreat: Retreat, failure: Failure) -> Failure:

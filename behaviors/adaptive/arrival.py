@@ -16,7 +16,7 @@ from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
-class ArrivalNumbers:
+class ArrivalTuning:
     """Tuning constants of an arrival.
 
     Attributes:
@@ -43,7 +43,7 @@ class ArrivalNumbers:
     echo_s: float = 1.0
 
 
-N = ArrivalNumbers()
+TUNING = ArrivalTuning()
 
 
 class Arrival:
@@ -85,13 +85,13 @@ class Arrival:
         target, arrive_mm = self._perception.target, self._perception.parameters.arrive_mm
         fills_mm = arrive_mm if self._low else min(arrive_mm, self._targets.fills_mm(target))
         assured_mm = max(fills_mm, self._targets.scale.assured_mm(target, arrive_mm, confirmed=self._confirmed))
-        return N.hysteresis * assured_mm if self.stands else assured_mm
+        return TUNING.hysteresis * assured_mm if self.stands else assured_mm
 
     @property
     def stop_mm(self) -> float:
         """Distance at which the robot stops: while the target is in doubt, where the frame shows all of it."""
         whole_mm = 0.0 if self._sure else self._targets.whole_mm(self._perception.target)
-        return max(self.near_mm, N.hysteresis * whole_mm if self.stands else whole_mm)
+        return max(self.near_mm, TUNING.hysteresis * whole_mm if self.stands else whole_mm)
 
     def move_off(self) -> None:
         """Note that the robot drives on, and no longer stands in front of it."""
@@ -117,8 +117,9 @@ class Arrival:
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
         """Return whether the target's place is well within the camera's view and the detector's range."""
         return (
-            abs(bearing_deg - self._perception.world.camera.yaw_deg) <= N.in_view_share * self._targets.half_view_deg
-            and distance_mm <= N.in_view_share * self._targets.found_within_mm(self._perception.target)
+            abs(bearing_deg - self._perception.world.camera.yaw_deg)
+            <= TUNING.in_view_share * self._targets.half_view_deg
+            and distance_mm <= TUNING.in_view_share * self._targets.found_within_mm(self._perception.target)
             and not self._too_near
         )
 
@@ -139,12 +140,12 @@ class Arrival:
             return self._uncertain(observation)
         if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.stop_mm:
             return None
-        decide = self._stood_for(observation, N.decide_s) and self._verifier.odds > 0
+        decide = self._stood_for(observation, TUNING.decide_s) and self._verifier.odds > 0
         if not decide and not (self._sure and self._verifier.verdict is Verdict.REAL):
             return None
         if not self._sure:
             return self._uncertain(observation)
-        if self.rested < N.checks:
+        if self.rested < TUNING.checks:
             return None
         if self._contradicted(sighting, echo_mm):
             return self._mismatch(sighting, echo_mm)
@@ -159,8 +160,10 @@ class Arrival:
         """Note that the robot stands in front of it; give up after a long time, or without new evidence."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        learns_nothing = self._too_near and not self._sure and self.rested >= N.checks
-        return self._mistaken(observation) if learns_nothing or self._stood_for(observation, 2 * N.decide_s) else None
+        learns_nothing = self._too_near and not self._sure and self.rested >= TUNING.checks
+        return (
+            self._mistaken(observation) if learns_nothing or self._stood_for(observation, 2 * TUNING.decide_s) else None
+        )
 
     def _stood_for(self, observation: Observation, time_s: float) -> bool:
         return self._stood_s is not None and observation.time_s - self._stood_s >= time_s
@@ -175,7 +178,7 @@ class Arrival:
         if echo_mm is None or self._contradicted(sighting, echo_mm):
             return sighting.distance_mm
         echo_ahead_mm = echo_mm + self._targets.scale.sonar_ahead_mm
-        return max(sighting.distance_mm, min(echo_ahead_mm, sighting.distance_mm / N.size_share))
+        return max(sighting.distance_mm, min(echo_ahead_mm, sighting.distance_mm / TUNING.size_share))
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
         """Return whether the sonar contradicts the target's size; once it has, an echo that agrees is needed."""
@@ -190,7 +193,7 @@ class Arrival:
 
     def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
-        if self._echo is None or now_s - self._echo[0] > N.echo_s or abs(sighting.bearing_deg) > N.ahead_deg:
+        if self._echo is None or now_s - self._echo[0] > TUNING.echo_s or abs(sighting.bearing_deg) > TUNING.ahead_deg:
             return None
         behind = self._passes_over(sighting) or self._targets.beyond(sighting, self._echo[1])
         return None if behind else self._echo[1]
@@ -204,7 +207,7 @@ class Arrival:
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
         """Measure again at rest before the arrival fails: the object there has another size than the target."""
         self._contradictions += 1
-        if self._contradictions < N.contradictions:
+        if self._contradictions < TUNING.contradictions:
             return None
         measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
         return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)

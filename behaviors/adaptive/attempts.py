@@ -11,7 +11,7 @@ from behaviors.ports import Point
 
 
 @dataclass(frozen=True, slots=True)
-class AttemptNumbers:
+class AttemptTuning:
     """Tuning constants: which attempts count as the same.
 
     Attributes:
@@ -27,7 +27,7 @@ class AttemptNumbers:
     remembered_s: float = 90.0
 
 
-N = AttemptNumbers()
+TUNING = AttemptTuning()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +106,11 @@ class Attempts:
     def new_approach(self, target: str, start: Point, aim: Point, now_s: float) -> bool:
         """Return whether the straight path to a target leads clear of the places where approaches failed lately."""
         return all(
-            _distance_mm(each.place, start, aim) >= N.beside_mm
+            _distance_mm(each.place, start, aim) >= TUNING.beside_mm
             for each in self._approaches
             if each.target == target
-            and now_s - each.time_s <= N.remembered_s
-            and math.dist(each.aim, aim) <= N.same_aim_mm
+            and now_s - each.time_s <= TUNING.remembered_s
+            and math.dist(each.aim, aim) <= TUNING.same_aim_mm
         )
 
 
@@ -121,7 +121,7 @@ def _alike(one: _Failure, other: _Failure) -> bool:
 
 
 def _same_place(one: Point, other: Point) -> bool:
-    return math.dist(one, other) <= N.same_place_mm
+    return math.dist(one, other) <= TUNING.same_place_mm
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:

@@ -19,7 +19,7 @@ from behaviors.ports import Pose, Sighting
 
 
 @dataclass(frozen=True, slots=True)
-class ScaleNumbers:
+class ScaleTuning:
     """Tuning constants of the estimate.
 
     Attributes:
@@ -73,7 +73,7 @@ class ScaleNumbers:
     sure: float = 1.1
 
 
-N = ScaleNumbers()
+TUNING = ScaleTuning()
 
 
 @dataclass(slots=True)
@@ -83,7 +83,7 @@ class _Estimate:
     factor: float
     variance: float
     offset_mm: float = 0.0
-    offset_variance: float = N.offset_mm**2
+    offset_variance: float = TUNING.offset_mm**2
     covariance: float = 0.0
     begin: tuple[Pose, float, bool] | None = None
     last_echo: tuple[Pose, float] | None = None
@@ -102,7 +102,7 @@ class _Estimate:
     @property
     def most(self) -> float:
         """The largest factor that may be measured."""
-        return max(2.0, self.factor + N.gate * math.sqrt(self.variance))
+        return max(2.0, self.factor + TUNING.gate * math.sqrt(self.variance))
 
     def rescale(self, by: float) -> None:
         """Multiply the factor by an exact number."""
@@ -110,7 +110,7 @@ class _Estimate:
 
     def forget_offset(self) -> None:
         """Take the next echo for one of something else."""
-        self.offset_mm, self.offset_variance, self.covariance = 0.0, N.offset_mm**2, 0.0
+        self.offset_mm, self.offset_variance, self.covariance = 0.0, TUNING.offset_mm**2, 0.0
 
     def update(self, by_factor: float, by_offset: float, measured: float, variance: float) -> None:
         """Update with a measurement of `by_factor` times the factor plus `by_offset` times the offset."""
@@ -118,13 +118,13 @@ class _Estimate:
         to_offset = self.covariance * by_factor + self.offset_variance * by_offset
         total = by_factor * to_factor + by_offset * to_offset + variance
         surprise = measured - by_factor * self.factor - by_offset * self.offset_mm
-        if abs(surprise) > N.gate * math.sqrt(total):
+        if abs(surprise) > TUNING.gate * math.sqrt(total):
             self.forget_offset()
             return
         self.factor += to_factor / total * surprise
         self.offset_mm += to_offset / total * surprise
-        self.variance = max((N.least_sd * self._unit) ** 2, self.variance - to_factor**2 / total)
-        self.offset_variance = max(N.echo_mm**2, self.offset_variance - to_offset**2 / total)
+        self.variance = max((TUNING.least_sd * self._unit) ** 2, self.variance - to_factor**2 / total)
+        self.offset_variance = max(TUNING.echo_mm**2, self.offset_variance - to_offset**2 / total)
         limit = 0.99 * math.sqrt(self.variance * self.offset_variance)
         self.covariance = min(limit, max(-limit, self.covariance - to_factor * to_offset / total))
 
@@ -144,7 +144,7 @@ class CameraScale:
         self.sonar_ahead_mm = sonar_ahead_mm
         self._guessed = guessed
         self._estimates: dict[str, _Estimate] = {}
-        self._last = _Estimate(1.0, N.prior_sd**2)
+        self._last = _Estimate(1.0, TUNING.prior_sd**2)
 
     def corrected(self, sighting: Sighting) -> Sighting:
         """Return a sighting with the corrected distance and height."""
@@ -163,7 +163,7 @@ class CameraScale:
     def unknown(self, target: str) -> bool:
         """Return whether a target's height is a guess that no measurement has confirmed or corrected yet."""
         estimate = self._of(target)
-        return estimate.guessed and estimate.share_sd > N.prior_sd
+        return estimate.guessed and estimate.share_sd > TUNING.prior_sd
 
     def assured_mm(self, target: str, arrive_mm: float, *, confirmed: bool = True) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
@@ -174,7 +174,9 @@ class CameraScale:
             confirmed: Whether an echo confirms the distance.
         """
         sd = self._of(target).share_sd
-        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if confirmed else max(sd, N.unconfirmed_sd))))
+        return arrive_mm * min(
+            1.0, TUNING.sure * math.exp(-2.0 * (sd if confirmed else max(sd, TUNING.unconfirmed_sd)))
+        )
 
     def stand(self, sighting: Sighting, floor_mm: float) -> None:
         """Take a target whose height is a guess for one that stands on the floor, until it is measured.
@@ -192,10 +194,10 @@ class CameraScale:
         by_floor = floor_mm / sighting.distance_mm
         if estimate.by_floor is not None:
             estimate.rescale(by_floor / estimate.by_floor)
-        elif estimate.variance == N.guess_sd**2:
-            estimate.factor, estimate.variance = by_floor, (N.floor_sd * by_floor) ** 2
+        elif estimate.variance == TUNING.guess_sd**2:
+            estimate.factor, estimate.variance = by_floor, (TUNING.floor_sd * by_floor) ** 2
         else:
-            estimate.update(1.0, 0.0, by_floor, (N.floor_sd * by_floor) ** 2)
+            estimate.update(1.0, 0.0, by_floor, (TUNING.floor_sd * by_floor) ** 2)
         estimate.by_floor = by_floor
 
     def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None, floor_mm: float | None = None) -> None:
@@ -208,7 +210,7 @@ class CameraScale:
             floor_mm: See `stand`; None where that is not known.
         """
         estimate = self._of(sighting.target)
-        if abs(sighting.bearing_deg) > N.ahead_deg or sighting.cut:
+        if abs(sighting.bearing_deg) > TUNING.ahead_deg or sighting.cut:
             estimate.begin = None
             return
         before = estimate.variance
@@ -221,7 +223,9 @@ class CameraScale:
     def _of(self, target: str) -> _Estimate:
         if target not in self._estimates:
             guessed = target in self._guessed
-            variance = N.guess_sd**2 if guessed else min(N.prior_sd**2, self._last.variance + N.target_sd**2)
+            variance = (
+                TUNING.guess_sd**2 if guessed else min(TUNING.prior_sd**2, self._last.variance + TUNING.target_sd**2)
+            )
             self._estimates[target] = _Estimate(self._last.factor, variance, guessed=guessed)
         return self._estimates[target]
 
@@ -236,14 +240,14 @@ class CameraScale:
             driven_mm = then.distance_mm_to(pose)
             nearer_mm, by_size = then_mm - looks_mm, looks_mm / distance_mm
             turned_deg = abs(pose.heading_deg - then.heading_deg)
-            if turned_deg > N.straight_deg or driven_mm > N.longest_mm or by_floor != then_by_floor:
+            if turned_deg > TUNING.straight_deg or driven_mm > TUNING.longest_mm or by_floor != then_by_floor:
                 estimate.begin = None
-            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm * by_size / estimate.most:
+            elif driven_mm >= TUNING.stretch_mm and nearer_mm > driven_mm * by_size / estimate.most:
                 factor = driven_mm / nearer_mm * by_size
-                noise = N.size_sd * math.hypot(then_mm, looks_mm) / nearer_mm
-                if noise < N.prior_sd:
+                noise = TUNING.size_sd * math.hypot(then_mm, looks_mm) / nearer_mm
+                if noise < TUNING.prior_sd:
                     share = factor if estimate.guessed else 1.0  # both are shares of the factor, which else is about 1
-                    estimate.update(1.0, 0.0, factor, share**2 * (N.growth_sd**2 + noise**2))
+                    estimate.update(1.0, 0.0, factor, share**2 * (TUNING.growth_sd**2 + noise**2))
                     estimate.begin = None
         if estimate.begin is None:
             estimate.begin = pose, looks_mm, by_floor
@@ -251,14 +255,14 @@ class CameraScale:
     def _add_echo(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
         at = estimate.last_echo
         by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
-        if not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
+        if not TUNING.nearest_echo_mm <= by_size_mm <= TUNING.farthest_echo_mm:
             return
         driven_mm = math.inf if at is None else at[0].distance_mm_to(pose)
-        if driven_mm < N.apart_mm:
+        if driven_mm < TUNING.apart_mm:
             return
         estimate.last_echo = pose, echo_mm
         # an object straight ahead comes nearer by the distance driven; one beside the path does not
-        if at is None or not N.least_nearer <= (at[1] - echo_mm) / driven_mm <= N.most_nearer:
+        if at is None or not TUNING.least_nearer <= (at[1] - echo_mm) / driven_mm <= TUNING.most_nearer:
             estimate.forget_offset()
             return
-        estimate.update(distance_mm, 1.0, echo_mm, N.echo_mm**2 + (N.size_sd * distance_mm) ** 2)
+        estimate.update(distance_mm, 1.0, echo_mm, TUNING.echo_mm**2 + (TUNING.size_sd * distance_mm) ** 2)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from behaviors.adaptive.follow_path import N as PATH
+from behaviors.adaptive.follow_path import TUNING as PATH
 from behaviors.adaptive.target_memory import TargetEstimate
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
@@ -18,7 +18,7 @@ from behaviors.ports import Point
 
 
 @dataclass(frozen=True, slots=True)
-class CandidateNumbers:
+class CandidateTuning:
     """Tuning constants of the candidates; times were measured in the simulator.
 
     Attributes:
@@ -59,7 +59,7 @@ class CandidateNumbers:
     news_s: float = 60.0
 
 
-N = CandidateNumbers()
+TUNING = CandidateTuning()
 
 
 class ViewpointGain(NamedTuple):
@@ -95,32 +95,34 @@ class CandidateGenerator:
         if not known or not end:
             return None
         place, seconds = end
-        extra_s = max(N.least_extra_s, seconds - self._straight_s(known)) + 2 * N.turn_s
+        extra_s = max(TUNING.least_extra_s, seconds - self._straight_s(known)) + 2 * TUNING.turn_s
         return Detour(extra_s, self._world.paths.route_to(place))
 
     def here(self, target: str) -> Viewpoint:
         """Return another scan from here."""
-        return Viewpoint(0.0, N.rescan_s, self._world.targets.chance_from(target, self._world.here))
+        return Viewpoint(0.0, TUNING.rescan_s, self._world.targets.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """Return the places where a scan gains most per time."""
         if not self._parameters.chooses_viewpoints:
-            return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
+            return (Viewpoint(TUNING.moving_off_s, TUNING.scan_s, 1.0),)
         # prefer places from which an approach does not pass one that failed lately
         gains = self.gains(target)
         found = [each for each in gains if self._world.new_approach(target, each.place)] or gains
-        found.sort(key=lambda each: -each.chance / (each.travel_s + N.scan_s))
+        found.sort(key=lambda each: -each.chance / (each.travel_s + TUNING.scan_s))
         route_to = self._world.paths.route_to
-        return tuple(Viewpoint(one.travel_s, N.scan_s, one.chance, route_to(one.place)) for one in found[: N.offered])
+        return tuple(
+            Viewpoint(one.travel_s, TUNING.scan_s, one.chance, route_to(one.place)) for one in found[: TUNING.offered]
+        )
 
     def gains(self, target: str) -> list[ViewpointGain]:
         """Return the gain of a scan from each place considered."""
         world, paths = self._world, self._world.paths
-        places = paths.reachable_places(N.spacing_mm, known=True)
-        travel_s = paths.seconds_to(places) + N.turn_s
-        far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= N.nearest_mm
+        places = paths.reachable_places(TUNING.spacing_mm, known=True)
+        travel_s = paths.seconds_to(places) + TUNING.turn_s
+        far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= TUNING.nearest_mm
         places, travel_s = places[far], travel_s[far]
-        nearest = np.argsort(travel_s)[: N.considered]
+        nearest = np.argsort(travel_s)[: TUNING.considered]
         untried = [
             ((x_mm, y_mm), seconds)
             for (x_mm, y_mm), seconds in zip(places[nearest].tolist(), travel_s[nearest].tolist(), strict=True)
@@ -128,7 +130,9 @@ class CandidateGenerator:
         ]
         chances = world.targets.chances_from(target, [place for place, _ in untried])
         return [
-            ViewpointGain(place, seconds, (chance + N.frontier_hit * beyond) * world.targets.novelty(target, place))
+            ViewpointGain(
+                place, seconds, (chance + TUNING.frontier_hit * beyond) * world.targets.novelty(target, place)
+            )
             for (place, seconds), (chance, beyond) in zip(untried, chances, strict=True)
         ]
 
@@ -140,15 +144,15 @@ class CandidateGenerator:
             travel_s = math.inf if known is None else self._seconds_to(target, known)
             if known is not None and math.isfinite(travel_s):
                 age_s = now_s - known.time_s
-                found.append(AlternativeTarget(target, travel_s, age_s, math.exp(-age_s / N.news_s)))
+                found.append(AlternativeTarget(target, travel_s, age_s, math.exp(-age_s / TUNING.news_s)))
         return tuple(found)
 
     def _seconds_to(self, target: str, known: TargetEstimate) -> float:
         """Return the time to a target that was seen; infinity where the map shows no path."""
-        if self._world.floor.clear_between(self._world.here, known.place, N.nearest_end_mm):
-            return N.turn_s + self._straight_s(known)
+        if self._world.floor.clear_between(self._world.here, known.place, TUNING.nearest_end_mm):
+            return TUNING.turn_s + self._straight_s(known)
         end = self._detour_end(target, known)
-        return 2 * N.turn_s + end[1] if end else math.inf
+        return 2 * TUNING.turn_s + end[1] if end else math.inf
 
     def _straight_s(self, known: TargetEstimate) -> float:
         return math.dist(self._world.here, known.place) / self._parameters.cruise_mm_s
@@ -156,18 +160,20 @@ class CandidateGenerator:
     def _detour_end(self, target: str, known: TargetEstimate) -> tuple[Point, float] | None:
         """Return where a detour ends, with a free straight path to the target, and the time to the target along it."""
         world, paths = self._world, self._world.paths
-        places = paths.reachable_places(N.end_spacing_mm, known=False)
+        places = paths.reachable_places(TUNING.end_spacing_mm, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
         visible = world.targets.faces(target, known.place, places)
-        useful = (away_mm >= N.nearest_end_mm) & (away_mm <= N.farthest_end_mm) & (visible >= N.least_visible)
+        useful = (
+            (away_mm >= TUNING.nearest_end_mm) & (away_mm <= TUNING.farthest_end_mm) & (visible >= TUNING.least_visible)
+        )
         places, away_mm, visible = places[useful], away_mm[useful], visible[useful]
         seconds = paths.seconds_to(places) + away_mm / self._parameters.cruise_mm_s
-        order = [i for i in np.argsort((seconds + N.turn_s) / visible) if math.isfinite(seconds[i])]
-        for clearance_mm in N.clearances_mm:
+        order = [i for i in np.argsort((seconds + TUNING.turn_s) / visible) if math.isfinite(seconds[i])]
+        for clearance_mm in TUNING.clearances_mm:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                free = world.floor.clear_between(place, known.place, N.nearest_end_mm, clearance_mm)
+                free = world.floor.clear_between(place, known.place, TUNING.nearest_end_mm, clearance_mm)
                 if free and world.new_approach(target, place):
                     return place, float(seconds[i])
         return None

@@ -14,7 +14,7 @@ from behaviors.failures import Blocker
 
 
 @dataclass(frozen=True, slots=True)
-class DwellNumbers:
+class DwellTuning:
     """Tuning constants of the hypotheses and of the bound.
 
     Attributes:
@@ -39,7 +39,7 @@ class DwellNumbers:
     stood: tuple[float, float, float] = (0.25, 0.30, 0.45)
 
 
-N = DwellNumbers()
+TUNING = DwellTuning()
 WAITS = tuple(0.125 * i for i in range(25))
 """Waits that are considered, as shares of what the detour costs; 1 is among them, which keeps the bound."""
 
@@ -71,8 +71,8 @@ class BlockerHypothesis:
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
-    weights = (N.came if blocker.moving else N.stood) if blocker.hides else N.beside
-    stays_s = N.passing_s, N.lingering_s, math.inf
+    weights = (TUNING.came if blocker.moving else TUNING.stood) if blocker.hides else TUNING.beside
+    stays_s = TUNING.passing_s, TUNING.lingering_s, math.inf
     prior = [BlockerHypothesis(*each) for each in zip(stays_s, weights, strict=True)]
     left = [each.weight * each.survival(blocker.age_s) for each in prior]
     return tuple(BlockerHypothesis(each.stays_s, weight / sum(left)) for each, weight in zip(prior, left, strict=True))
@@ -81,7 +81,7 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
 def cost_s(mixture: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
     """Return the mean cost of waiting up to `wait_s` and then going round; without a detour, waiting once more."""
     if math.isinf(round_s):
-        round_s = N.longest_s
+        round_s = TUNING.longest_s
     return sum(each.weight * each.cost_s(wait_s, round_s) for each in mixture)
 
 
@@ -95,17 +95,17 @@ def best_wait_s(mixture: Sequence[BlockerHypothesis], round_s: float) -> float:
     Returns:
         The wait, seconds, that costs least on average. Under each hypothesis that is not negligible the mean cost is at
         most twice that with foresight; where going round takes longer than the longest wait, at most 1 + `round_s` /
-        `DwellNumbers.longest_s` times.
+        `DwellTuning.longest_s` times.
     """
     if math.isinf(round_s):
-        return N.longest_s
-    waits = [min(N.longest_s, share * round_s) for share in WAITS]
+        return TUNING.longest_s
+    waits = [min(TUNING.longest_s, share * round_s) for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(each, wait_s, round_s) for each in mixture)]
     return min(sound, key=lambda wait_s: cost_s(mixture, wait_s, round_s))
 
 
 def _bounded(hypothesis: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if hypothesis.weight < N.negligible:
+    if hypothesis.weight < TUNING.negligible:
         return True
-    bound = max(N.bound, 1.0 + round_s / N.longest_s)  # the cap on a single wait may cost more than twice
+    bound = max(TUNING.bound, 1.0 + round_s / TUNING.longest_s)  # the cap on a single wait may cost more than twice
     return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.foresight_s(round_s) + 1e-9

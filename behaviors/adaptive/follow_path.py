@@ -18,7 +18,7 @@ from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
-class PathNumbers:
+class PathTuning:
     """Tuning constants of following a path.
 
     Attributes:
@@ -69,7 +69,7 @@ class PathNumbers:
     slow_share: float = 0.6
 
 
-N = PathNumbers()
+TUNING = PathTuning()
 
 
 class FollowPathSkill:
@@ -96,8 +96,8 @@ class FollowPathSkill:
         perception = self._perception
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
-        self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.parameters.cruise_mm_s
-        self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(perception.world.paths_from_here())
+        self._end_s = begun_s + TUNING.leeway_s + TUNING.leeway * length_mm / perception.parameters.cruise_mm_s
+        self._promised_s = begun_s + TUNING.longer_s + TUNING.longer * self._seconds(perception.world.paths_from_here())
         while self._route:
             fact = self._back_off(self._retreat) if self._retreat else self._drive()
             if fact is not None:
@@ -111,22 +111,22 @@ class FollowPathSkill:
         body = self._perception.context.body
         body.stop()
         if self._perception.sonar.silent:
-            body.straight(-N.retreat_mm)
+            body.straight(-TUNING.retreat_mm)
 
     def _drive(self) -> Fact | None:
         """Drive along the path; None at its end, or when it was planned again after a stop."""
         perception = self._perception
-        renew_s = perception.now() + N.renew_s
+        renew_s = perception.now() + TUNING.renew_s
         while True:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            if observation.time_s > self._end_s or self._stops > N.stops:
+            if observation.time_s > self._end_s or self._stops > TUNING.stops:
                 return self._no_path(observation)
             if observation.time_s >= renew_s:
                 if (fact := self._replan(observation, Reason.PATH_RENEWED)) is not None:
                     return fact
-                renew_s = observation.time_s + N.renew_s
+                renew_s = observation.time_s + TUNING.renew_s
             while self._route and self._passed(self._route[0]):
                 self._from = self._route.pop(0)
             if not self._route:
@@ -141,7 +141,7 @@ class FollowPathSkill:
         (x_mm, y_mm), (begin_x, begin_y) = self._perception.world.here, self._from
         ahead = (point[0] - x_mm) * (point[0] - begin_x) + (point[1] - y_mm) * (point[1] - begin_y)
         left_mm = math.hypot(point[0] - x_mm, point[1] - y_mm)
-        return left_mm <= N.passed_mm or (ahead <= 0 and left_mm <= N.beside_mm)
+        return left_mm <= TUNING.passed_mm or (ahead <= 0 and left_mm <= TUNING.beside_mm)
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
@@ -149,11 +149,11 @@ class FollowPathSkill:
         speed_mm_s = perception.parameters.travel_mm_s
         if perception.sonar.silent:
             speed_mm_s = perception.parameters.cruise_mm_s
-        elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
-            speed_mm_s = N.slow_share * perception.parameters.cruise_mm_s
-        self._turns_away = self._turns_away and abs(bearing_deg) > N.turned_deg
-        share = 0.0 if self._turns_away else max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
-        return share * speed_mm_s, perception.steering_deg_s(bearing_deg, N.steer_per_s, N.steer_limit_deg_s)
+        elif observation.range_mm is not None and observation.range_mm < TUNING.slow_mm:
+            speed_mm_s = TUNING.slow_share * perception.parameters.cruise_mm_s
+        self._turns_away = self._turns_away and abs(bearing_deg) > TUNING.turned_deg
+        share = 0.0 if self._turns_away else max(0.0, 1.0 - abs(bearing_deg) / TUNING.pivot_deg)
+        return share * speed_mm_s, perception.steering_deg_s(bearing_deg, TUNING.steer_per_s, TUNING.steer_limit_deg_s)
 
     def _seen(self, observation: Observation) -> Fact | None:
         """Return a fact when the target came into view and can be driven to."""
@@ -161,7 +161,7 @@ class FollowPathSkill:
         known = world.targets.known.get(self._perception.target)
         if observation.sighting is None or known is None:
             return None
-        if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
+        if not world.floor.clear_between(world.here, known.place, TUNING.standoff_mm, TUNING.clearance_mm):
             return None
         if not world.new_approach(self._perception.target, world.here):
             return None  # a sighting from where an approach failed is nothing new
@@ -175,7 +175,7 @@ class FollowPathSkill:
         self._blocker = None
         if stop is not StopReason.OBSTACLE:
             floor.mark_obstacle(pose, 0.0)
-            self._retreat = Retreat(perception, N.retreat_mm, stop)
+            self._retreat = Retreat(perception, TUNING.retreat_mm, stop)
             return self._back_off(self._retreat)
         if (near_mm := observation.range_mm) is not None:
             if floor.appeared(pose, near_mm):
@@ -199,7 +199,10 @@ class FollowPathSkill:
         if not paths.reaches(self._goal) or observation.time_s + left_s > self._promised_s:
             return self._no_path(observation)
         # a path that takes hardly longer than the best one is kept; else the robot would oscillate between two
-        if reason is Reason.PATH_RENEWED and paths.seconds_along(tuple(self._route)) <= N.kept * left_s + N.kept_s:
+        if (
+            reason is Reason.PATH_RENEWED
+            and paths.seconds_along(tuple(self._route)) <= TUNING.kept * left_s + TUNING.kept_s
+        ):
             return None
         self._route, self._from = list(paths.route_to(self._goal)), world.here
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
@@ -212,7 +215,7 @@ class FollowPathSkill:
 
     def _no_path(self, observation: Observation) -> Fact:
         """Report that there is no path; far enough along the old one a scan is still worthwhile."""
-        if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= N.far_enough_mm:
+        if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= TUNING.far_enough_mm:
             self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
         measured = {"range_mm": observation.range_mm, "stops": self._stops}

@@ -9,7 +9,7 @@ from behaviors.ports import Point, Sighting
 
 
 @dataclass(frozen=True, slots=True)
-class LookAlikeNumbers:
+class LookAlikeTuning:
     """Tuning constants of look-alikes.
 
     Attributes:
@@ -29,7 +29,7 @@ class LookAlikeNumbers:
     apart_mm: float = 500.0
 
 
-N = LookAlikeNumbers()
+TUNING = LookAlikeTuning()
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class _LookAlike:
     looked_from: list[Point] = field(default_factory=list)
 
     def is_at(self, target: str, place: Point) -> bool:
-        return self.target == target and math.dist(self.place, place) <= N.near_mm
+        return self.target == target and math.dist(self.place, place) <= TUNING.near_mm
 
 
 class LookAlikes:
@@ -61,7 +61,7 @@ class LookAlikes:
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
         """Return whether a detection there is known not to be the target."""
         return any(
-            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not self._released(each)
+            each.is_at(target, place) and time_s - each.time_s <= TUNING.rejected_s and not self._released(each)
             for each in self._known
         )
 
@@ -71,7 +71,7 @@ class LookAlikes:
         for each in self._known:
             if each.target != target or not each.doubtful or self._released(each):
                 continue
-            if all(math.dist(here, before) >= N.apart_mm for before in each.looked_from):
+            if all(math.dist(here, before) >= TUNING.apart_mm for before in each.looked_from):
                 each.looked_from.append(here)
                 released = each.place if self._released(each) else released
         return released
@@ -79,14 +79,17 @@ class LookAlikes:
     def seen(self, sighting: Sighting, place: Point) -> None:
         """Remember where something was taken for a target, and whether it was taken for another in the same frame."""
         places = self._seen.setdefault(sighting.target, [])
-        if all(math.dist(place, before) > max(N.near_mm, N.near_share * sighting.distance_mm) for before in places):
+        if all(
+            math.dist(place, before) > max(TUNING.near_mm, TUNING.near_share * sighting.distance_mm)
+            for before in places
+        ):
             places.append(place)
         self._latest[sighting.target] = sighting
         if any(_show_one_thing(sighting, other) for other in self._latest.values()) and not self._confused_at(place):
             self._confused.append(place)
 
     def _confused_at(self, place: Point) -> bool:
-        return any(math.dist(place, before) <= N.near_mm for before in self._confused)
+        return any(math.dist(place, before) <= TUNING.near_mm for before in self._confused)
 
     def _alone(self, target: str) -> bool:
         """Return whether everything taken for the target was in one place."""
@@ -111,7 +114,7 @@ class LookAlikes:
 
     def _released(self, each: _LookAlike) -> bool:
         """Return whether a better one was looked for often enough; several objects taken for the target need more."""
-        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else N.looks)
+        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else TUNING.looks)
 
 
 def _show_one_thing(a: Sighting, b: Sighting) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells, Cone, Mask
-from behaviors.adaptive.grid_numbers import N
+from behaviors.adaptive.grid_tuning import TUNING
 from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.mission.robot import RobotTable
 from behaviors.ports import Point, Pose
@@ -48,7 +48,7 @@ class OccupancyGrid:
         radius_mm: Radius of the robot.
         sonar_forward_mm: How far the sonar is in front of the axle.
         sonar_height_mm: How far the sonar is above the floor.
-        log_odds: Log odds of an obstacle in each cell, as in `GridNumbers`.
+        log_odds: Log odds of an obstacle in each cell, as in `GridTuning`.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.
@@ -97,11 +97,11 @@ class OccupancyGrid:
         """
         before = self.cells
         farthest_mm = max((abs(each) for place in places for each in place), default=0.0) + margin_mm
-        while farthest_mm >= self.cells.reach_mm and self.cells.side < N.most_side:
-            self.cells = Cells(self.cells.side + 2 * N.grows_cells)
+        while farthest_mm >= self.cells.reach_mm and self.cells.side < TUNING.most_side:
+            self.cells = Cells(self.cells.side + 2 * TUNING.grows_cells)
             for name, empty in _LAYERS.items():
-                setattr(self, name, np.pad(getattr(self, name), N.grows_cells, constant_values=empty))
-                self._saved[name] = np.pad(self._saved[name], N.grows_cells, constant_values=empty)
+                setattr(self, name, np.pad(getattr(self, name), TUNING.grows_cells, constant_values=empty))
+                self._saved[name] = np.pad(self._saved[name], TUNING.grows_cells, constant_values=empty)
         return self.cells is not before
 
     def decay(self, now_s: float) -> None:
@@ -109,11 +109,11 @@ class OccupancyGrid:
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
-                self._was_free |= self._swept & (self.log_odds < N.freest_no_echo)
+                self._was_free |= self._swept & (self.log_odds < TUNING.freest_no_echo)
                 self._appeared &= self.log_odds > 0.0
                 self._unseen &= self.log_odds > 0.0
                 self.seen &= self.log_odds > 0.0
-                decay_s = np.where(self._appeared, N.appeared_decay_s, N.decay_s)
+                decay_s = np.where(self._appeared, TUNING.appeared_decay_s, TUNING.decay_s)
                 self.log_odds *= np.exp((self._time_s - now_s) / decay_s)
             self._time_s = now_s
 
@@ -121,19 +121,19 @@ class OccupancyGrid:
         """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
-        reach_mm = min(range_mm, N.far_mm)
+        reach_mm = min(range_mm, TUNING.far_mm)
         cone = self._cone(pose, reach_mm, CELL_MM * 2)
         cells = self.log_odds[cone.window]
-        free = self._passed(cone, reach_mm - N.margin_mm)
-        cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
+        free = self._passed(cone, reach_mm - TUNING.margin_mm)
+        cells[free] = np.maximum(cells[free] - self.weight * TUNING.free_echo, TUNING.freest)
         self._swept[cone.window] |= free
-        if range_mm >= N.far_mm or repeated:
+        if range_mm >= TUNING.far_mm or repeated:
             return
-        hit = cone.arc(range_mm, CELL_MM * N.arc_cells) & (np.abs(cone.off_deg) <= N.arc_deg)
-        gain, most = N.hit_near, N.most
-        if range_mm > N.near_mm:
-            gain, most = N.hit_far, N.solid - 0.1
-            for likelier in (hit & (cells > -N.passed), cone.arc(range_mm, CELL_MM) & (cells > N.explains)):
+        hit = cone.arc(range_mm, CELL_MM * TUNING.arc_cells) & (np.abs(cone.off_deg) <= TUNING.arc_deg)
+        gain, most = TUNING.hit_near, TUNING.most
+        if range_mm > TUNING.near_mm:
+            gain, most = TUNING.hit_far, TUNING.solid - 0.1
+            for likelier in (hit & (cells > -TUNING.passed), cone.arc(range_mm, CELL_MM) & (cells > TUNING.explains)):
                 hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
         self._echo_heading_deg[cone.window][hit] = pose.heading_deg
@@ -143,10 +143,12 @@ class OccupancyGrid:
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        cone = self._cone(pose, N.no_echo_mm)
+        cone = self._cone(pose, TUNING.no_echo_mm)
         cells = self.log_odds[cone.window]
-        free = self._passed(cone, N.no_echo_mm)
-        cells[free] = np.maximum(cells[free] - self.weight * N.free_no_echo, np.minimum(cells[free], N.freest_no_echo))
+        free = self._passed(cone, TUNING.no_echo_mm)
+        cells[free] = np.maximum(
+            cells[free] - self.weight * TUNING.free_no_echo, np.minimum(cells[free], TUNING.freest_no_echo)
+        )
 
     def add_view(self, lens: Pose, view: VisibleFloor, echo: tuple[Pose, float] | None = None) -> None:
         """Update with the free floor that a camera sees; another view from the same place says nothing new.
@@ -163,7 +165,7 @@ class OccupancyGrid:
         if self._seen_from is not None and _same_place(self._seen_from, lens):
             return
         self._seen_from = lens
-        free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
+        free_mm, end_mm = view.free_mm - TUNING.seen_margin_mm, view.end_mm
         if echo is not None:
             free_mm, end_mm = self._reconciled(lens, view, free_mm, echo)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
@@ -177,9 +179,9 @@ class OccupancyGrid:
         exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])[window]
         cells = self.log_odds[window]
         free &= ~ends & ~(self._unseen[window] & (cells > 0.0))
-        cells[free] = np.maximum(cells[free] - N.free_seen, N.freest)
-        most = np.where(exact, N.most, N.solid - 0.1)[ends]
-        cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + N.hit_seen, most))
+        cells[free] = np.maximum(cells[free] - TUNING.free_seen, TUNING.freest)
+        most = np.where(exact, TUNING.most, TUNING.solid - 0.1)[ends]
+        cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + TUNING.hit_seen, most))
         self.seen[window] |= exact
 
     def _reconciled(
@@ -188,15 +190,15 @@ class OccupancyGrid:
         """Return up to where a view shows free floor, and where it shows something, as far as an echo allows it."""
         pose, range_mm = echo
         off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
-        ahead = np.abs(view.bearing_deg - off_deg) <= N.arc_deg
-        end_mm = np.where(ahead & (view.end_mm < (1.0 - N.same_share) * echo_mm), np.inf, view.end_mm)
+        ahead = np.abs(view.bearing_deg - off_deg) <= TUNING.arc_deg
+        end_mm = np.where(ahead & (view.end_mm < (1.0 - TUNING.same_share) * echo_mm), np.inf, view.end_mm)
         overlooked = ahead & (free_mm > echo_mm)
-        seen = ahead & (end_mm < (1.0 + N.same_share) * echo_mm)
-        if range_mm <= N.far_mm and overlooked.any() and not seen.any():
-            free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - N.margin_mm), free_mm)
+        seen = ahead & (end_mm < (1.0 + TUNING.same_share) * echo_mm)
+        if range_mm <= TUNING.far_mm and overlooked.any() and not seen.any():
+            free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - TUNING.margin_mm), free_mm)
             sonar = pose.ahead(self.sonar_forward_mm)
-            cone = self.cells.cone(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
-            self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * N.arc_cells)
+            cone = self.cells.cone(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, TUNING.arc_deg)
+            self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * TUNING.arc_cells)
         return free_mm, end_mm
 
     def _cone(self, pose: Pose, reach_mm: float, beyond_mm: float = 0.0) -> Cone:
@@ -221,9 +223,9 @@ class OccupancyGrid:
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects a beam at a grazing angle
         along = np.abs(np.cos(np.radians(self._echo_heading_deg[cone.window] - cone.heading_deg)))
-        glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.log_odds[cone.window] > 0.0)
+        glanced = before & (along < math.cos(math.radians(TUNING.glancing_deg))) & (self.log_odds[cone.window] > 0.0)
         passed = before & ~glanced
-        deflecting = glanced & (self.log_odds[cone.window] > N.hint)
+        deflecting = glanced & (self.log_odds[cone.window] > TUNING.hint)
         if deflecting.any():
             half_deg = np.degrees(np.arctan2(CELL_MM / 2, np.maximum(cone.along_mm[deflecting], 1.0)))
             farther = cone.along_mm[passed][:, None] > cone.along_mm[deflecting]
@@ -234,11 +236,11 @@ class OccupancyGrid:
     def clear_line_of_sight(self, start: Point, end: Point) -> None:
         """Update with a line of sight from `start` to `end`: it clears merely suspected cells in between."""
         length = math.dist(start, end)
-        share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
+        share = np.arange(0.0, max(0.0, length - TUNING.spared_mm), CELL_MM / 2) / max(length, 1.0)
         i = self.cells.index(start[0] + share * (end[0] - start[0]))
         j = self.cells.index(start[1] + share * (end[1] - start[1]))
         cells = self.log_odds[i, j]
-        self.log_odds[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
+        self.log_odds[i, j] = np.where((cells > 0.0) & (cells < TUNING.solid), 0.0, cells)
 
     def forget_obstacles(self) -> None:
         """Clear all obstacles."""
@@ -249,29 +251,29 @@ class OccupancyGrid:
         """Clear the robot's footprint."""
         self.include(pose.point, margin_mm=self.radius_mm)
         window, inside = self.cells.disc(*pose.point, self.radius_mm)
-        self.log_odds[window][inside] = N.freest
+        self.log_odds[window][inside] = TUNING.freest
         self._swept[window] |= inside
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
         """Mark what stopped or touched the robot: the object that the camera saw there, or one of unknown size."""
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
-            window, inside = self.cells.disc(*saw, N.grazed_mm)
+            window, inside = self.cells.disc(*saw, TUNING.grazed_mm)
         # if the mark was that large before and the robot kept away from it, it has met something else
-        if saw is None or (self.log_odds[window][inside] > N.solid).all():
-            place = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
-            self.include(place, margin_mm=N.block_radius_mm)
-            window, inside = self.cells.disc(*place, N.block_radius_mm)
+        if saw is None or (self.log_odds[window][inside] > TUNING.solid).all():
+            place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * 0.6)
+            self.include(place, margin_mm=TUNING.block_radius_mm)
+            window, inside = self.cells.disc(*place, TUNING.block_radius_mm)
             self._unseen[window] |= inside
         cells = self.log_odds[window]
-        cells[inside] = np.maximum(cells[inside], N.block)
+        cells[inside] = np.maximum(cells[inside], TUNING.block)
         self._appeared[window] |= inside & self._was_free[window]
 
     def _saw_at(self, pose: Pose, range_mm: float) -> Point | None:
         """Return what the camera saw nearest to where something stopped the robot; None if it saw nothing there."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm)
-        window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + N.grazed_mm)
-        near &= self.seen[window] & (self.log_odds[window] > N.solid)
+        window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + TUNING.grazed_mm)
+        near &= self.seen[window] & (self.log_odds[window] > TUNING.solid)
         if not near.any():
             return None
         i, j = np.nonzero(near)
@@ -281,12 +283,12 @@ class OccupancyGrid:
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
         """Return whether the source of an echo stands where the map once was free: all along its arc, and behind it."""
-        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.appeared_cells)
-        sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
+        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in TUNING.appeared_cells)
+        sides_deg = (-TUNING.arc_deg, 0.0, TUNING.arc_deg)
         return all(self._was_free[self.cells.at(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 
     def visibility(
-        self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm
+        self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = TUNING.unknown_hides_mm
     ) -> NDArray[np.float64]:
         """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
@@ -298,9 +300,9 @@ class OccupancyGrid:
         j = self.cells.index(y_mm + steps[None, :] * _ALONG[:, 1:2])
         log_odds = self.log_odds[i, j]
         log_odds[:, :2] = -1.0  # the robot itself stands there
-        behind = np.logical_or.accumulate(log_odds > N.hint, axis=1)
-        unknown_mm = np.cumsum(np.abs(log_odds) < N.known, axis=1) * CELL_MM
-        return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
+        behind = np.logical_or.accumulate(log_odds > TUNING.hint, axis=1)
+        unknown_mm = np.cumsum(np.abs(log_odds) < TUNING.known, axis=1) * CELL_MM
+        return np.asarray(np.where(behind, TUNING.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Return whether the robot could drive straight, as far as the map shows.
@@ -326,7 +328,7 @@ class OccupancyGrid:
         across = np.linspace(-half_mm, half_mm, 7)
         i = self.cells.index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = self.cells.index(start[1] + along[:, None] * uy + across[None, :] * ux)
-        blocked = (self.log_odds[i, j] > N.solid).any(axis=1)
+        blocked = (self.log_odds[i, j] > TUNING.solid).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
 
@@ -337,9 +339,9 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
     """Return whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
-    return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm)
+    return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < TUNING.repeated_range_mm)
 
 
 def _same_place(a: Pose, b: Pose) -> bool:
     """Return whether measurements at two poses are one measurement to the map."""
-    return a.is_near(b, N.repeated_mm, N.repeated_deg)
+    return a.is_near(b, TUNING.repeated_mm, TUNING.repeated_deg)

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.grid_cells import CELL_MM, Mask
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import Grid, OccupancyGrid
 from behaviors.ports import Point
 
 
 @dataclass(frozen=True, slots=True)
-class PlannerNumbers:
+class PlannerTuning:
     """Tuning constants of path planning.
 
     Attributes:
@@ -56,7 +56,7 @@ class PlannerNumbers:
     together: float = 8.0
 
 
-N = PlannerNumbers()
+TUNING = PlannerTuning()
 
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
@@ -108,7 +108,7 @@ class PathPlanner:
     @property
     def walled_in(self) -> bool:
         """Whether there are hardly any places to go to."""
-        return len(self.reachable_places(N.few_spacing_mm, known=False)) < N.few_places
+        return len(self.reachable_places(TUNING.few_spacing_mm, known=False)) < TUNING.few_places
 
     def reaches(self, point: Point) -> bool:
         """Return whether a path leads there."""
@@ -175,27 +175,27 @@ class PathPlanner:
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     log_odds = floor.log_odds
-    known = np.abs(log_odds) > N.touched
+    known = np.abs(log_odds) > TUNING.touched
     i, j = floor.cells.at(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = log_odds[window]
     solid = part > GRID.solid
-    blocked = _inflated(solid, floor.radius_mm + N.clearance_mm)
+    blocked = _inflated(solid, floor.radius_mm + TUNING.clearance_mm)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= N.touched] = N.unknown_without_sonar if floor.without_sonar else N.unknown
-    for radius_mm, price in N.inflation:
+    cost[np.abs(part) <= TUNING.touched] = TUNING.unknown_without_sonar if floor.without_sonar else TUNING.unknown
+    for radius_mm, price in TUNING.inflation:
         cost[_inflated(solid, radius_mm)] = price
-    cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
-    cost[_inflated((part > N.likely_log_odds) & ~solid, floor.radius_mm)] = N.likely
+    cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = TUNING.doubtful
+    cost[_inflated((part > TUNING.likely_log_odds) & ~solid, floor.radius_mm)] = TUNING.likely
     cost[blocked] = np.inf
-    seen = _inflated(solid & floor.seen[window], floor.radius_mm + N.seen_clearance_mm)
-    cost[blocked & (part < -GRID.free) & ~seen] = N.narrow
+    seen = _inflated(solid & floor.seen[window], floor.radius_mm + TUNING.seen_clearance_mm)
+    cost[blocked & (part < -GRID.free) & ~seen] = TUNING.narrow
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
-    around[np.isinf(around) & ~near] = N.doubtful
+    around[np.isinf(around) & ~near] = TUNING.doubtful
     cost[si, sj] = 1.0
     return window, cost
 
@@ -204,14 +204,16 @@ def _with_frontier(log_odds: Grid) -> Mask:
     """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
     known: Mask = log_odds < -GRID.free
     open_floor = known | ~_inflated(log_odds > GRID.hint, math.hypot(CELL_MM, CELL_MM))
-    for _ in range(N.frontier_cells):
+    for _ in range(TUNING.frontier_cells):
         known = _inflated(known, CELL_MM) & open_floor
     return known
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
     places = np.nonzero(used)[0]
-    return slice(max(0, int(places[0]) - N.beyond_cells), min(len(used), int(places[-1]) + N.beyond_cells + 1))
+    return slice(
+        max(0, int(places[0]) - TUNING.beyond_cells), min(len(used), int(places[-1]) + TUNING.beyond_cells + 1)
+    )
 
 
 def _inflated(mask: Mask, radius_mm: float) -> Mask:
@@ -246,7 +248,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
     field[cells] = 0.0
     while len(cells):
         reached = field[cells]
-        near = reached <= reached.min() + N.together
+        near = reached <= reached.min() + TUNING.together
         waits[cells] = ~near
         beside = cells[near] + offsets
         through = reached[near] + prices[beside] * lengths

@@ -13,13 +13,13 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Pose, Sighting, StopReason
-from behaviors.skills import N as SKILLS
+from behaviors.skills import TUNING as SKILLS
 from behaviors.skills import SkillContext, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 
 @dataclass(frozen=True, slots=True)
-class PerceptionNumbers:
+class PerceptionTuning:
     """Tuning constants of perception.
 
     Attributes:
@@ -50,7 +50,7 @@ class PerceptionNumbers:
     turn_tests: int = 2
 
 
-N = PerceptionNumbers()
+TUNING = PerceptionTuning()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Observation:
 
 def blocker_without_echo(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(N.blocker_mm if range_mm is None else min(range_mm, N.blocker_mm), hides=hides)
+    return Blocker(TUNING.blocker_mm if range_mm is None else min(range_mm, TUNING.blocker_mm), hides=hides)
 
 
 class Perception:
@@ -98,7 +98,7 @@ class Perception:
         self._queue = queue
         self.sonar = SonarTrust()
         self.turns = TurnScale()
-        self._turn_tests = 0 if world.knows_turns else N.turn_tests
+        self._turn_tests = 0 if world.knows_turns else TUNING.turn_tests
         self._looked_s = -math.inf
         self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
@@ -117,7 +117,7 @@ class Perception:
     @property
     def frames(self) -> int:
         """How many frames are looked at in each step: several on a slow link."""
-        return N.burst if self._answer_s > N.slow_link_s else 1
+        return TUNING.burst if self._answer_s > TUNING.slow_link_s else 1
 
     def step(self) -> Observation:
         """Look at the next frame or frames, measure the range, and update the world model.
@@ -134,7 +134,7 @@ class Perception:
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        if now_s - self._looked_s <= N.longest_step_s:
+        if now_s - self._looked_s <= TUNING.longest_step_s:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
@@ -163,7 +163,7 @@ class Perception:
         self._start = self._start or pose
         driven_s = self._driven.add(time_s, pose)
         if self._range_mm is not None:
-            return time_s if self._range_mm > N.free_mm else None
+            return time_s if self._range_mm > TUNING.free_mm else None
         if not self.sonar.silent:
             return None
         return time_s if pose == self._start else driven_s
@@ -182,7 +182,7 @@ class Perception:
 
     def check_sonar(self) -> None:
         """Turn until it is clear whether a doubtful sonar repeats an echo in all directions or not."""
-        end_s = self.now() + N.test_s
+        end_s = self.now() + TUNING.test_s
         while self.sonar.doubtful and self.now() < end_s:
             self.drive(0.0, self.parameters.scan_deg_s)
             self.step()
@@ -220,7 +220,9 @@ class Perception:
         Reports when the safety stop holds the robot and when it releases it.
         """
         if speed_mm_s > 0:
-            share = N.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0  # without it the body is slow
+            share = (
+                TUNING.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0
+            )  # without it the body is slow
             speed_mm_s = min(share * speed_mm_s, self._step_limit_mm_s)
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE
@@ -231,24 +233,24 @@ class Perception:
     def _travel_mm_s(self) -> float:
         """How fast the robot drives along paths while there is no near echo."""
         numbers = self.parameters
-        speed_mm_s = N.silent_share * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
+        speed_mm_s = TUNING.silent_share * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
         return min(speed_mm_s, self._step_limit_mm_s)
 
     @property
     def _step_limit_mm_s(self) -> float:
         """The speed at which the robot drives as far between two steps as it may."""
-        return N.step_mm / max(self._step_s, 0.01)
+        return TUNING.step_mm / max(self._step_s, 0.01)
 
     @property
     def lost_after_s(self) -> float:
         """After this time without a sighting a target is lost, but not after a single frame on a slow link."""
-        return max(self.parameters.lost_after_s, N.lost_frames * self._step_s)
+        return max(self.parameters.lost_after_s, TUNING.lost_frames * self._step_s)
 
     def steering_deg_s(
         self, bearing_deg: float, per_s: float = SKILLS.steer_per_s, limit_deg_s: float = SKILLS.steer_limit_deg_s
     ) -> float:
         """Return how fast to turn towards a bearing: slower where looks are far apart, as on a slow link."""
-        return steering_deg_s(bearing_deg, min(per_s, N.corrects / max(self._step_s, 0.01)), limit_deg_s)
+        return steering_deg_s(bearing_deg, min(per_s, TUNING.corrects / max(self._step_s, 0.01)), limit_deg_s)
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

@@ -14,7 +14,7 @@ from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, C
 
 
 @dataclass(frozen=True, slots=True)
-class PolicyNumbers:
+class PolicyTuning:
     """Tuning constants of the rule, beyond those that a mission sets.
 
     Attributes:
@@ -26,7 +26,7 @@ class PolicyNumbers:
     worth_a_look: float = 0.02
 
 
-N = PolicyNumbers()
+TUNING = PolicyTuning()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class AdaptivePolicy:
             past = Candidate(Choice(DETOUR, why, route=detour.route), round_s, chance, situation=situation)
         mixture = hypotheses(blocker)
         wait_s = best_wait_s(mixture, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
-        if wait_s >= N.shortest_wait_s:
+        if wait_s >= TUNING.shortest_wait_s:
             other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
             leaves = sum(each.weight * (1.0 - each.survival(wait_s)) for each in mixture)
             chance, situation = self.chances.of(WAIT, evidence, leaves)
@@ -135,7 +135,7 @@ class AdaptivePolicy:
     def _looking(self, evidence: Evidence) -> Iterator[Candidate]:
         here = evidence.here
         in_sight = evidence.blocker is not None and not evidence.blocker.hides
-        if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
+        if not in_sight and here is not None and (here.chance >= TUNING.worth_a_look or not evidence.viewpoints):
             chance, situation = self.chances.of(RESCAN, evidence, here.chance)
             choice = Choice(RESCAN, f"{chance:.0%} chance that it was overlooked here")
             yield Candidate(choice, here.seconds, chance, situation=situation)

@@ -11,7 +11,7 @@ from behaviors.ports import Point, Pose
 
 
 @dataclass(frozen=True, slots=True)
-class EchoNumbers:
+class EchoTuning:
     """Tuning constants: what counts as previously free.
 
     Attributes:
@@ -32,7 +32,7 @@ class EchoNumbers:
     beams: int = 3
 
 
-N = EchoNumbers()
+TUNING = EchoTuning()
 
 
 class RecentEchoes:
@@ -50,7 +50,7 @@ class RecentEchoes:
         """Add the current echo; a missing echo says nothing, since slanted sides deflect the sound."""
         if range_mm is not None:
             self._beams.append((now_s, pose, range_mm))
-        while self._beams and self._beams[0][0] < now_s - N.kept_s:
+        while self._beams and self._beams[0][0] < now_s - TUNING.kept_s:
             self._beams.popleft()
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
@@ -61,7 +61,7 @@ class RecentEchoes:
         What stands still and comes into the beam as the robot turns was not in earlier beams.
         """
         distance_mm = self._sonar_forward_mm + range_mm
-        return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-N.arc_deg, 0.0, N.arc_deg))
+        return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-TUNING.arc_deg, 0.0, TUNING.arc_deg))
 
     def _passed(self, place: Point) -> bool:
         """Return whether several beams in a row went past this place."""
@@ -70,8 +70,8 @@ class RecentEchoes:
             distance_mm = self._within(pose, place)
             if distance_mm is None:
                 continue
-            passed = passed + 1 if range_mm >= distance_mm + N.past_mm else 0
-            if passed >= N.beams:
+            passed = passed + 1 if range_mm >= distance_mm + TUNING.past_mm else 0
+            if passed >= TUNING.beams:
                 return True
         return False
 
@@ -81,4 +81,4 @@ class RecentEchoes:
         dx, dy = place[0] - x_mm, place[1] - y_mm
         distance_mm = math.hypot(dx, dy)
         off_deg = abs(wrapped_deg(math.degrees(math.atan2(dy, dx)) - pose.heading_deg))
-        return distance_mm if distance_mm <= N.farthest_mm and off_deg <= N.core_deg else None
+        return distance_mm if distance_mm <= TUNING.farthest_mm and off_deg <= TUNING.core_deg else None

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from behaviors.adaptive.perception import Perception, blocker_without_echo
-from behaviors.adaptive.turn_scale import N as TURNS
+from behaviors.adaptive.turn_scale import TUNING as TURNS
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
@@ -14,7 +14,7 @@ from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
-class ScanNumbers:
+class ScanTuning:
     """Tuning constants of scanning.
 
     Attributes:
@@ -52,7 +52,7 @@ class ScanNumbers:
     frames_at_rest: int = 3
 
 
-N = ScanNumbers()
+TUNING = ScanTuning()
 
 
 class ScanSkill:
@@ -86,10 +86,10 @@ class ScanSkill:
         if known is None:
             return None
         _, distance_mm = perception.world.pose.polar_to(known.place)
-        if distance_mm > N.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
+        if distance_mm > TUNING.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
             return None
         fact = self._face(perception.world.camera_turn_deg(known.place))
-        fact = fact or self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
+        fact = fact or self._rest() or self._sweep(TUNING.known_deg) or self._sweep(-2 * TUNING.known_deg)
         if fact is None:
             perception.world.targets.reconsider(perception.target)
         return fact
@@ -101,16 +101,16 @@ class ScanSkill:
         world.targets.flush_looks()
         belief = world.targets.beliefs[perception.target]
         chance = belief.chance_from(*world.here, world.floor)
-        first = math.hypot(*world.here) < N.start_mm and not world.targets.searched(perception.target)
-        if chance < N.worth_a_turn and not first:
+        first = math.hypot(*world.here) < TUNING.start_mm and not world.targets.searched(perception.target)
+        if chance < TUNING.worth_a_turn and not first:
             return None
         if perception.doubts_turns:
             return self._scan_past_the_start()
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.parameters.scan_deg_s)
         margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
-        if end_deg - begin_deg >= N.full_deg - 2 * margin_deg:
-            return self._sweep(N.full_deg)
+        if end_deg - begin_deg >= TUNING.full_deg - 2 * margin_deg:
+            return self._sweep(TUNING.full_deg)
         if end_deg <= begin_deg:
             begin_deg = end_deg = (begin_deg + end_deg) / 2
         # to the nearer end first
@@ -118,7 +118,7 @@ class ScanSkill:
         to_begin, to_end = (wrapped_deg(each - looks_deg) for each in (begin_deg, end_deg))
         width_deg = end_deg - begin_deg
         first_deg, sweep_deg = (to_begin, width_deg) if abs(to_begin) <= abs(to_end) else (to_end, -width_deg)
-        fact = self._face(first_deg) if abs(first_deg) > N.aim_deg else None
+        fact = self._face(first_deg) if abs(first_deg) > TUNING.aim_deg else None
         return fact or self._rest() or self._sweep(sweep_deg)
 
     def _scan_past_the_start(self) -> Fact | None:
@@ -142,7 +142,7 @@ class ScanSkill:
 
     def _rest(self) -> Fact | None:
         """Evaluate a few frames at rest: the target may be in view already."""
-        for _ in range(math.ceil(N.frames_at_rest / self._perception.frames)):
+        for _ in range(math.ceil(TUNING.frames_at_rest / self._perception.frames)):
             if (fact := self._see()) is not None:
                 return fact
         return None
@@ -159,15 +159,17 @@ class ScanSkill:
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = perception.world.pose.heading_deg, perception.now()
-            still_s += min(now_s - then_s, N.longest_step_s)
-            if abs(heading_deg - moved_deg) > N.held_deg:
+            still_s += min(now_s - then_s, TUNING.longest_step_s)
+            if abs(heading_deg - moved_deg) > TUNING.held_deg:
                 moved_deg, still_s = heading_deg, 0.0
-            elif still_s > N.held_s:
+            elif still_s > TUNING.held_s:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=blocker_without_echo())
             # on a slow link steps take longer: turn slower
-            step_deg = N.burst_step_deg if perception.frames > 1 else N.step_deg
-            self._rate_deg_s = max(N.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s)))
+            step_deg = TUNING.burst_step_deg if perception.frames > 1 else TUNING.step_deg
+            self._rate_deg_s = max(
+                TUNING.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s))
+            )
             then_s = now_s
         return None
 
@@ -184,4 +186,4 @@ class ScanSkill:
         if self._range_mm is None:
             return slow_deg_s
         farthest_mm = perception.world.targets.detection_range_mm[perception.target]
-        return slow_deg_s * max(1.0, farthest_mm / (self._range_mm + N.beyond_mm))
+        return slow_deg_s * max(1.0, farthest_mm / (self._range_mm + TUNING.beyond_mm))

@@ -10,7 +10,7 @@ from behaviors.ports import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class SonarNumbers:
+class SonarTuning:
     """Tuning constants of the test of a sonar.
 
     Attributes:
@@ -31,7 +31,7 @@ class SonarNumbers:
     fresh: int = 3
 
 
-N = SonarNumbers()
+TUNING = SonarTuning()
 
 
 class SonarTrust:
@@ -50,17 +50,17 @@ class SonarTrust:
         self._pose: Pose | None = None
         self._last_mm: float | None = None
         self._path_mm = self._turn_deg = 0.0
-        self._fresh = N.fresh
+        self._fresh = TUNING.fresh
 
     @property
     def silent(self) -> bool:
         """Whether there has been no echo for some time: then a missing echo does not mean that the path is free."""
-        return self._now_s - self._last_echo_s > N.silent_s
+        return self._now_s - self._last_echo_s > TUNING.silent_s
 
     @property
     def doubtful(self) -> bool:
         """Whether it holds the robot by an echo that no wall would give in all these directions; a corner might."""
-        return self.stopped and not self.stuck and self._repeated_deg > N.doubted_deg
+        return self.stopped and not self.stuck and self._repeated_deg > TUNING.doubted_deg
 
     @property
     def _repeated_deg(self) -> float:
@@ -81,10 +81,12 @@ class SonarTrust:
             self.stopped = False
             self._fresh += 1
         self._pose, self._last_mm = pose, range_mm
-        if self._path_mm > N.stuck_mm or self._turn_deg > N.stuck_deg:
+        if self._path_mm > TUNING.stuck_mm or self._turn_deg > TUNING.stuck_deg:
             self._fresh = 0
-        self.stuck = (self.stuck and self._fresh < N.fresh) or (self.stopped and self._repeated_deg > N.certain_deg)
-        if self._fresh < N.fresh:
+        self.stuck = (self.stuck and self._fresh < TUNING.fresh) or (
+            self.stopped and self._repeated_deg > TUNING.certain_deg
+        )
+        if self._fresh < TUNING.fresh:
             return None
         self._last_echo_s = now_s
         return range_mm

@@ -27,7 +27,7 @@ OTHER_RANGE_HEIGHTS = 12.0
 
 
 @dataclass(frozen=True, slots=True)
-class TargetNumbers:
+class TargetTuning:
     """Tuning constants of the memory of targets.
 
     Attributes:
@@ -67,7 +67,7 @@ class TargetNumbers:
     new_mm: float = 500.0
 
 
-N = TargetNumbers()
+TUNING = TargetTuning()
 
 
 @dataclass(slots=True)
@@ -122,9 +122,9 @@ class TargetMemory:
         self.slant = Slant()
         self.known: dict[str, TargetEstimate] = {}
         self.mismatched: set[str] = set()
-        self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
+        self.half_view_deg = mission.camera.hfov_deg * TUNING.half_view_share
         self.detection_range_mm = {
-            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
+            name: min(TUNING.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
             for name, target in mission.target.items()
         }
         self._fit = FrameFit(mission.camera)
@@ -141,7 +141,7 @@ class TargetMemory:
         """Let the beliefs age."""
         if self._renewed_s is None:
             self._renewed_s = now_s
-        elif now_s - self._renewed_s >= N.decay_every_s:
+        elif now_s - self._renewed_s >= TUNING.decay_every_s:
             for belief in self.beliefs.values():
                 belief.decay(now_s - self._renewed_s)
             self._renewed_s = now_s
@@ -178,7 +178,7 @@ class TargetMemory:
         floor_mm = self._floor_mm(sighting)
         if range_mm is None or floor_mm is None or not self.scale.guessed(sighting.target):
             return False
-        return range_mm + self.scale.sonar_ahead_mm > N.beyond * floor_mm
+        return range_mm + self.scale.sonar_ahead_mm > TUNING.beyond * floor_mm
 
     def found_within_mm(self, target: str) -> float:
         """Return how far away a target's detector finds it; one that is larger than guessed, from farther."""
@@ -198,7 +198,7 @@ class TargetMemory:
     def fits(self, target: str, distance_mm: float) -> bool:
         """Return whether the frame shows so much of a target at this distance that it should be found."""
         edges_mm = self._edges_mm(target)
-        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= N.shown_share
+        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= TUNING.shown_share
 
     def _edges_mm(self, target: str) -> Edges | None:
         known = self.known.get(target)
@@ -242,7 +242,7 @@ class TargetMemory:
         """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
         self.flush_looks()
         known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < N.held:
+        if known is not None and self.beliefs[target].held_at(known.place) < TUNING.held:
             del self.known[target]
 
     def chance_from(self, target: str, place: Point) -> float:
@@ -269,7 +269,7 @@ class TargetMemory:
     def novelty(self, target: str, place: Point) -> float:
         """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
         nearest_mm = min((math.dist(here, place) for here in self._looked_from.get(target, ())), default=math.inf)
-        return 1.0 - math.exp(-nearest_mm / N.new_mm)
+        return 1.0 - math.exp(-nearest_mm / TUNING.new_mm)
 
     def _forget(self, target: str) -> None:
         """Update with a target that is not where it is remembered."""
@@ -296,13 +296,13 @@ class TargetMemory:
     def _elsewhere(self, sighting: Sighting, lens: Pose) -> bool:
         """Return whether a target is seen elsewhere within a moment; the earlier place then stays valid for a while."""
         known = self.known.get(sighting.target)
-        if known is None or sighting.time_s - known.time_s > N.new_look_s:
+        if known is None or sighting.time_s - known.time_s > TUNING.new_look_s:
             return False
         distance_mm = sighting.distance_mm
         if self.scale.unknown(sighting.target):  # an echo may change it at any time, so only the direction counts
             _, distance_mm = lens.polar_to(known.place)
         place = lens.ahead(distance_mm, sighting.bearing_deg)
-        return math.dist(known.place, place) > max(N.jump_mm, N.jump_share * sighting.distance_mm)
+        return math.dist(known.place, place) > max(TUNING.jump_mm, TUNING.jump_share * sighting.distance_mm)
 
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
         """Return a sighting with the best estimate of distance and bearing."""
@@ -330,7 +330,7 @@ class TargetMemory:
     def _floor_mm(self, sighting: Sighting) -> float | None:
         """Return how far in front of the lens the floor is at a target's lower edge: no target is farther."""
         lower_deg = sighting.lower_deg
-        return None if lower_deg is None or lower_deg < N.floor_deg else self._camera.floor_mm(lower_deg)
+        return None if lower_deg is None or lower_deg < TUNING.floor_deg else self._camera.floor_mm(lower_deg)
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
@@ -338,15 +338,15 @@ class TargetMemory:
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), pose.point
         self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) > N.jump_mm:
+        if before is not None and math.dist(before.place, place) > TUNING.jump_mm:
             before = None
         if before is not None:
             place = (
-                before.place[0] + N.settles * (place[0] - before.place[0]),
-                before.place[1] + N.settles * (place[1] - before.place[1]),
+                before.place[0] + TUNING.settles * (place[0] - before.place[0]),
+                before.place[1] + TUNING.settles * (place[1] - before.place[1]),
             )
-        if before is None or sighting.time_s - before.time_s > N.new_look_s:
-            if self._floor.include(place, margin_mm=N.inside_mm):
+        if before is None or sighting.time_s - before.time_s > TUNING.new_look_s:
+            if self._floor.include(place, margin_mm=TUNING.inside_mm):
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         edges_mm = self._edges_with(sighting, None if before is None else before.edges_mm)
@@ -358,7 +358,7 @@ class TargetMemory:
         if sighting.cut or seen is None or math.isinf(self._fit.fills_mm(seen)):
             return before
         lower_mm, upper_mm = before or seen
-        return lower_mm + N.settles * (seen[0] - lower_mm), upper_mm + N.settles * (seen[1] - upper_mm)
+        return lower_mm + TUNING.settles * (seen[0] - lower_mm), upper_mm + TUNING.settles * (seen[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
         """Update the beliefs for the known floor, and for all places on a map that has grown."""
@@ -369,7 +369,8 @@ class TargetMemory:
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg or unseen.pose.distance_mm_to(pose) > N.step_mm
+            abs(unseen.pose.heading_deg - pose.heading_deg) > TUNING.step_deg
+            or unseen.pose.distance_mm_to(pose) > TUNING.step_mm
         ):
             self.beliefs[target].look(unseen.pose, self._floor, unseen.frames)
             unseen = None

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 
 @dataclass(frozen=True, slots=True)
-class VerifierNumbers:
+class VerifierTuning:
     """Tuning constants of the test; docs/adaptive.md shows what they lead to.
 
     Attributes:
@@ -34,11 +34,11 @@ class VerifierNumbers:
     reject: float = -math.log(500.0)
 
 
-N = VerifierNumbers()
-_HIT = math.log(N.real_rate / N.mistake_rate)
-_MISS = math.log((1.0 - N.real_rate) / (1.0 - N.mistake_rate))
-_CLEAR_HIT = math.log(N.clear_rate / N.unclear_rate)
-_CLEAR_MISS = math.log((1.0 - N.clear_rate) / (1.0 - N.unclear_rate))
+TUNING = VerifierTuning()
+_HIT = math.log(TUNING.real_rate / TUNING.mistake_rate)
+_MISS = math.log((1.0 - TUNING.real_rate) / (1.0 - TUNING.mistake_rate))
+_CLEAR_HIT = math.log(TUNING.clear_rate / TUNING.unclear_rate)
+_CLEAR_MISS = math.log((1.0 - TUNING.clear_rate) / (1.0 - TUNING.unclear_rate))
 
 
 class Verdict(StrEnum):
@@ -68,9 +68,9 @@ class TargetVerifier:
         Frames without a detection count only when the next detection comes: until then the target may be hidden.
         """
         if hit:
-            self.odds = max(2 * N.reject, min(2 * N.accept, self.odds + _HIT + self._missed * _MISS))
+            self.odds = max(2 * TUNING.reject, min(2 * TUNING.accept, self.odds + _HIT + self._missed * _MISS))
             change = _CLEAR_HIT + self._missed * _CLEAR_MISS
-            self.clarity = max(-2 * N.clear, min(2 * N.clear, self.clarity + change))
+            self.clarity = max(-2 * TUNING.clear, min(2 * TUNING.clear, self.clarity + change))
             self._missed = 0
         else:
             self._missed += 1
@@ -82,16 +82,16 @@ class TargetVerifier:
     @property
     def clear(self) -> bool:
         """Whether it is found as steadily as only the target can be, in good light."""
-        return self.clarity >= N.clear
+        return self.clarity >= TUNING.clear
 
     @property
     def unclear(self) -> bool:
         """Whether it is found no more steadily than a look-alike, or than the target in poor light."""
-        return self.clarity <= -N.clear
+        return self.clarity <= -TUNING.clear
 
     @property
     def verdict(self) -> Verdict:
         """The result at the current odds."""
-        if self.odds >= N.accept:
+        if self.odds >= TUNING.accept:
             return Verdict.REAL
-        return Verdict.MISTAKEN if self.odds <= N.reject else Verdict.OPEN
+        return Verdict.MISTAKEN if self.odds <= TUNING.reject else Verdict.OPEN

@@ -17,7 +17,7 @@ from behaviors.ports import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class TurnNumbers:
+class TurnTuning:
     """Tuning constants of the estimate.
 
     Attributes:
@@ -54,7 +54,7 @@ class TurnNumbers:
     moved_mm: float = 40.0
 
 
-N = TurnNumbers()
+TUNING = TurnTuning()
 
 Array = NDArray[np.float64]
 Beam = tuple[Pose, float | None]
@@ -80,7 +80,7 @@ class TurnScale:
     @property
     def complete(self) -> bool:
         """Whether the turn shows the scale of turns, or is too long to continue."""
-        return abs(self.turned_deg) >= N.longest_deg or self.estimate() is not None
+        return abs(self.turned_deg) >= TUNING.longest_deg or self.estimate() is not None
 
     def begin(self) -> None:
         """Begin with a new turn."""
@@ -88,38 +88,40 @@ class TurnScale:
 
     def add(self, pose: Pose, range_mm: float | None) -> None:
         """Add an echo, or None for a missing one; where the robot moved on, a new turn begins."""
-        if self._beams and self._beams[0][0].distance_mm_to(pose) > N.moved_mm:
+        if self._beams and self._beams[0][0].distance_mm_to(pose) > TUNING.moved_mm:
             self._beams.clear()
         self._beams.append((pose, range_mm))
 
     def estimate(self) -> float | None:
         """Return how many degrees the robot turns for each by its wheels; None if the echoes do not show it."""
-        if abs(self.turned_deg) < N.enough_deg:
+        if abs(self.turned_deg) < TUNING.enough_deg:
             return None
         begin = self._beams[0][0].heading_deg
         headings = np.array([abs(pose.heading_deg - begin) for pose, _ in self._beams])
-        ranges = np.array([N.farthest_mm if each is None else min(each, N.farthest_mm) for _, each in self._beams])
+        ranges = np.array(
+            [TUNING.farthest_mm if each is None else min(each, TUNING.farthest_mm) for _, each in self._beams]
+        )
         order = np.argsort(headings, kind="stable")
         turns, misfits = _echo_differences(headings[order], ranges[order])
         if not len(turns):
             return None
         best = int(misfits.argmin())
-        elsewhere = misfits[np.abs(turns - turns[best]) > N.apart_deg]
-        least_mm = misfits[best] + max(N.distinct * misfits[best], N.distinct_mm)
-        if misfits[best] > N.fits_mm or elsewhere.min(initial=math.inf) < least_mm:
+        elsewhere = misfits[np.abs(turns - turns[best]) > TUNING.apart_deg]
+        least_mm = misfits[best] + max(TUNING.distinct * misfits[best], TUNING.distinct_mm)
+        if misfits[best] > TUNING.fits_mm or elsewhere.min(initial=math.inf) < least_mm:
             return None
         scale = 360.0 / float(turns[best])
-        return scale if abs(scale - 1.0) >= N.least else 1.0
+        return scale if abs(scale - 1.0) >= TUNING.least else 1.0
 
 
 def _echo_differences(headings: Array, ranges: Array) -> tuple[Array, Array]:
     """Return full turns by the wheels that are possible, in degrees, and the mean difference of echoes for each, mm."""
-    at = np.arange(headings[0], headings[-1], N.step_deg)
-    turns = np.arange(360.0 / (1 + N.most), 360.0 / (1 - N.most), N.step_deg / 2)
-    turns = turns[turns <= headings[-1] - headings[0] - N.overlap_deg]
+    at = np.arange(headings[0], headings[-1], TUNING.step_deg)
+    turns = np.arange(360.0 / (1 + TUNING.most), 360.0 / (1 - TUNING.most), TUNING.step_deg / 2)
+    turns = turns[turns <= headings[-1] - headings[0] - TUNING.overlap_deg]
     misfits = []
     for turn_deg in turns:
         first = at[at + turn_deg <= headings[-1]]
         apart = np.interp(first, headings, ranges) - np.interp(first + turn_deg, headings, ranges)
-        misfits.append(np.minimum(np.abs(apart), N.outlier_mm).mean())
+        misfits.append(np.minimum(np.abs(apart), TUNING.outlier_mm).mean())
     return turns, np.array(misfits)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class VisibleFloorNumbers:
+class VisibleFloorTuning:
     """Tuning constants of the estimate.
 
     Attributes:
@@ -85,7 +85,7 @@ class VisibleFloorNumbers:
     farthest_used_mm: float = 3000.0
 
 
-N = VisibleFloorNumbers()
+TUNING = VisibleFloorTuning()
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,19 +118,19 @@ class FloorRanges:
 
     def __init__(self, camera: CameraTable, sonar_ahead_mm: float, *, calibrated: bool) -> None:
         self._height_mm, self._sonar_ahead_mm = camera.height_mm, sonar_ahead_mm
-        sd_deg = N.calibrated_sd_deg if calibrated else N.offset_sd_deg
-        scale_sd = N.measured_scale_sd if "height_mm" in camera.model_fields_set else N.scale_sd
+        sd_deg = TUNING.calibrated_sd_deg if calibrated else TUNING.offset_sd_deg
+        scale_sd = TUNING.measured_scale_sd if "height_mm" in camera.model_fields_set else TUNING.scale_sd
         if calibrated:
-            scale_sd = N.calibrated_scale_sd
-        span = np.linspace(-N.grid_sds, N.grid_sds, N.grid_steps)
+            scale_sd = TUNING.calibrated_scale_sd
+        span = np.linspace(-TUNING.grid_sds, TUNING.grid_sds, TUNING.grid_steps)
         offset, scale = np.meshgrid(sd_deg * span, 1.0 + scale_sd * span)
         self._hypotheses = np.stack([offset.ravel(), scale.ravel()])
         self._log_posterior = -(np.add.outer(span**2, span**2).ravel()) / 2
         step = span[1] - span[0]
         self._within_step = np.diag([(sd_deg * step) ** 2, (scale_sd * step) ** 2]) / 12
         self._summarise()
-        self._yaw_sd_deg = N.calibrated_yaw_sd_deg if calibrated else N.yaw_sd_deg
-        self._latency_sd_s = N.calibrated_latency_sd_s if calibrated else N.latency_sd_s
+        self._yaw_sd_deg = TUNING.calibrated_yaw_sd_deg if calibrated else TUNING.yaw_sd_deg
+        self._latency_sd_s = TUNING.calibrated_latency_sd_s if calibrated else TUNING.latency_sd_s
         self._compared_at: Pose | None = None
 
     def measure(self, rays: Sequence[FloorRay], turn_deg_s: float = 0.0) -> VisibleFloor:
@@ -140,11 +140,11 @@ class FloorRanges:
         offset, scale = self._mean
         end_mm = self._distance_mm(offset + scale * end)
         error_mm = self._error_mm(end, end_mm)
-        known = (error_mm <= N.error_mm) & (end_mm <= N.farthest_used_mm)
-        free_mm = np.minimum(end_mm, self._sure_mm) - np.minimum(error_mm, N.error_mm)
+        known = (error_mm <= TUNING.error_mm) & (end_mm <= TUNING.farthest_used_mm)
+        free_mm = np.minimum(end_mm, self._sure_mm) - np.minimum(error_mm, TUNING.error_mm)
         aside_deg = math.hypot(self._yaw_sd_deg, turn_deg_s * self._latency_sd_s)
         free_mm = _least_beside(free_mm, bearing, aside_deg)
-        exact = end_mm * math.radians(aside_deg) <= N.exact_mm
+        exact = end_mm * math.radians(aside_deg) <= TUNING.exact_mm
         near_mm = self._distance_mm(offset + scale * near)
         return VisibleFloor(bearing, near_mm, free_mm, np.where(known, end_mm, np.inf), exact)
 
@@ -157,25 +157,29 @@ class FloorRanges:
             range_mm: The echo, as it would have been measured from there.
             off_deg: Bearing of its source: the robot may have turned since the frame.
         """
-        if not N.nearest_mm <= range_mm <= N.farthest_mm:
+        if not TUNING.nearest_mm <= range_mm <= TUNING.farthest_mm:
             return
-        if self._compared_at is not None and pose.is_near(self._compared_at, N.moved_mm, N.turned_deg):
+        if self._compared_at is not None and pose.is_near(self._compared_at, TUNING.moved_mm, TUNING.turned_deg):
             return
-        beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= N.beam_deg)
-        if len(beam) < N.nearest_rays:
+        beam = sorted(
+            (ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= TUNING.beam_deg
+        )
+        if len(beam) < TUNING.nearest_rays:
             return
         # an echo is of what is nearest in the beam
-        seen_deg, bearing_deg = beam[-(N.nearest_rays + 1) // 2]
-        if abs(bearing_deg - off_deg) > N.ahead_deg:
+        seen_deg, bearing_deg = beam[-(TUNING.nearest_rays + 1) // 2]
+        if abs(bearing_deg - off_deg) > TUNING.ahead_deg:
             return
         self._compared_at = pose
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))
 
     def _update(self, seen_deg: float, real_deg: float) -> None:
         offset, scale = self._hypotheses
-        error = (offset + scale * seen_deg - real_deg) / N.noise_deg
-        same_thing = np.exp(-(error**2) / 2) / (N.noise_deg * math.sqrt(2 * math.pi))
-        self._log_posterior += np.log((1.0 - N.outlier_chance) * same_thing + N.outlier_chance / N.outlier_span_deg)
+        error = (offset + scale * seen_deg - real_deg) / TUNING.noise_deg
+        same_thing = np.exp(-(error**2) / 2) / (TUNING.noise_deg * math.sqrt(2 * math.pi))
+        self._log_posterior += np.log(
+            (1.0 - TUNING.outlier_chance) * same_thing + TUNING.outlier_chance / TUNING.outlier_span_deg
+        )
         self._summarise()
 
     def _summarise(self) -> None:
@@ -183,16 +187,16 @@ class FloorRanges:
         chance = np.exp(self._log_posterior - self._log_posterior.max())
         self._mean = np.average(self._hypotheses, axis=1, weights=chance)
         self._covariance = np.cov(self._hypotheses, aweights=chance, ddof=0) + self._within_step
-        away_mm = np.arange(N.table_step_mm, N.farthest_used_mm + 1.0, N.table_step_mm)
+        away_mm = np.arange(TUNING.table_step_mm, TUNING.farthest_used_mm + 1.0, TUNING.table_step_mm)
         offset, scale = self._mean
         seen_deg = (np.degrees(np.arctan2(self._height_mm, away_mm)) - offset) / scale
-        known = self._error_mm(seen_deg, away_mm) <= N.error_mm
+        known = self._error_mm(seen_deg, away_mm) <= TUNING.error_mm
         self._sure_mm = float(away_mm[known].max(initial=0.0))
 
     def _error_mm(self, seen_deg: Array, away_mm: Array) -> Array:
         """Return the standard deviations of the distances of rays that are seen at these angles."""
         terms = np.stack([np.ones_like(seen_deg), seen_deg])
-        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + N.ray_sd_deg**2
+        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + TUNING.ray_sd_deg**2
         return np.asarray(np.radians(np.sqrt(variance)) * (away_mm**2 + self._height_mm**2) / self._height_mm)
 
     def _distance_mm(self, below_deg: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import TUNING as PERCEPTION
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
@@ -12,7 +12,7 @@ from behaviors.skills import sighted
 
 
 @dataclass(frozen=True, slots=True)
-class WaitNumbers:
+class WaitTuning:
     """Tuning constants of waiting and of a second look.
 
     Attributes:
@@ -40,7 +40,7 @@ class WaitNumbers:
     beside_deg: tuple[float, ...] = (0.0, 18.0, -36.0)
 
 
-N = WaitNumbers()
+TUNING = WaitTuning()
 
 
 class WaitSkill:
@@ -55,9 +55,9 @@ class WaitSkill:
         self._perception = perception
         self._left_s = wait_s
         self._clear = 0
-        self._limit_mm = N.blocked_mm
+        self._limit_mm = TUNING.blocked_mm
         if (blocker := perception.world.blocker) is not None:
-            self._limit_mm = min(N.blocked_mm, blocker.range_mm + N.left_mm)
+            self._limit_mm = min(TUNING.blocked_mm, blocker.range_mm + TUNING.left_mm)
 
     def call(self) -> Fact:
         """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
@@ -72,11 +72,11 @@ class WaitSkill:
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
             self._clear = 0 if self._blocked(observation) else self._clear + 1
-            if self._clear >= N.clear:
+            if self._clear >= TUNING.clear:
                 perception.context.watch.update(None)
                 if observation.sighting is not None:
                     return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
-                if self._clear >= N.clear_unseen:
+                if self._clear >= TUNING.clear_unseen:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
         hides = not self._in_view()
@@ -90,13 +90,13 @@ class WaitSkill:
         known = world.targets.known.get(self._perception.target)
         limit_mm = self._limit_mm
         if known is not None:
-            limit_mm = min(limit_mm, world.pose.polar_to(known.place)[1] - N.before_mm)
+            limit_mm = min(limit_mm, world.pose.polar_to(known.place)[1] - TUNING.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
         """Return whether the target was seen a moment ago."""
         known = self._perception.world.targets.known.get(self._perception.target)
-        return known is not None and self._perception.now() - known.time_s < N.in_view_s
+        return known is not None and self._perception.now() - known.time_s < TUNING.in_view_s
 
 
 class RescanSkill:
@@ -119,9 +119,9 @@ class RescanSkill:
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
         aim_deg = perception.world.camera_turn_deg(known.place)
-        if abs(aim_deg) > N.aim_deg:
+        if abs(aim_deg) > TUNING.aim_deg:
             body.turn(aim_deg)
-        for turn_deg in N.beside_deg:
+        for turn_deg in TUNING.beside_deg:
             if turn_deg:
                 body.turn(turn_deg)
             if (fact := self._look()) is not None:
@@ -134,7 +134,7 @@ class RescanSkill:
     def _look(self) -> Fact | None:
         """Look for some time."""
         perception = self._perception
-        end_s = perception.now() + N.look_s
+        end_s = perception.now() + TUNING.look_s
         while perception.now() < end_s:
             observation = perception.step()
             if observation.sighting is not None:

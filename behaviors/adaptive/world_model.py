@@ -22,7 +22,7 @@ from behaviors.pose_history import PoseHistory
 
 
 @dataclass(frozen=True, slots=True)
-class WorldNumbers:
+class WorldTuning:
     """Tuning constants of the world model.
 
     Attributes:
@@ -37,7 +37,7 @@ class WorldNumbers:
     marked_mm: float = 600.0
 
 
-N = WorldNumbers()
+TUNING = WorldTuning()
 
 
 class WorldModel:
@@ -178,12 +178,12 @@ class WorldModel:
         blocker = failure.blocker
         if blocker is None:
             return None
-        if blocker.range_mm <= N.marked_mm and not failure.mapped:
+        if blocker.range_mm <= TUNING.marked_mm and not failure.mapped:
             self.floor.mark_obstacle(self.pose, blocker.range_mm)
         place, since_s = self.pose.ahead(blocker.range_mm), now_s
         if self._blocked is not None:
             before, begun_s, last_s = self._blocked
-            if math.dist(before, place) < N.same_blocker_mm and now_s - last_s < N.same_blocker_s:
+            if math.dist(before, place) < TUNING.same_blocker_mm and now_s - last_s < TUNING.same_blocker_s:
                 since_s = begun_s
         self._blocked = (place, since_s, now_s)
         return replace(blocker, age_s=now_s - since_s)

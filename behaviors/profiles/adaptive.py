@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.attempts import N as ATTEMPTS
+from behaviors.adaptive.attempts import TUNING as ATTEMPTS
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.perception import Perception

@@ -27,12 +27,12 @@ from behaviors.journal import RecordKind
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.obstacle_watch import surroundings
 from behaviors.ports import MotionResult, Sighting
-from behaviors.skills import N as SKILLS
+from behaviors.skills import TUNING as SKILLS
 from behaviors.skills import SkillContext, note_look, pose_values, sighted, steering_deg_s
 
 
 @dataclass(frozen=True, slots=True)
-class ThesisNumbers:
+class ThesisTuning:
     """Tuning constants of these skills, beyond those that a mission sets.
 
     Attributes:
@@ -46,7 +46,7 @@ class ThesisNumbers:
     nap_s: float = 0.5
 
 
-N = ThesisNumbers()
+TUNING = ThesisTuning()
 
 
 class ArriveReply(IntEnum):
@@ -160,7 +160,7 @@ class ThesisArriveSkill:
             return self._failed(Reason.TARGET_LOST, unseen_s=unseen_s)
         if now_s - self._begun_s >= thesis.approach_limit_s:
             return self._failed(Reason.APPROACH_TIMEOUT, approach_s=now_s - self._begun_s)
-        if unseen_s > N.blind_drive_s:
+        if unseen_s > TUNING.blind_drive_s:
             context.body.stop()
         return None
 
@@ -268,9 +268,9 @@ class ThesisWaitSkill:
         context = self._context
         context.body.stop()
         context.body.keep_alive()
-        while self._left_s > N.instant_s:
+        while self._left_s > TUNING.instant_s:
             context.check_time()
             begun_s = context.clock.now()
-            context.clock.sleep(min(N.nap_s, self._left_s))
+            context.clock.sleep(min(TUNING.nap_s, self._left_s))
             self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})

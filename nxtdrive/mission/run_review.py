@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from behaviors.adaptive.arrival import N as ARRIVAL
+from behaviors.adaptive.arrival import TUNING as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import brick_id

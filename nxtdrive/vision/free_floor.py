@@ -19,7 +19,7 @@ from nxtdrive.vision.detection import Image
 
 
 @dataclass(frozen=True, slots=True)
-class FreeFloorNumbers:
+class FreeFloorTuning:
     """Tuning constants of the detector; pixels are those of a frame `width_px` wide.
 
     Attributes:
@@ -59,7 +59,7 @@ class FreeFloorNumbers:
     gain: tuple[float, float] = (0.4, 2.5)
 
 
-N = FreeFloorNumbers()
+TUNING = FreeFloorTuning()
 
 Mask = NDArray[np.bool_]
 
@@ -69,7 +69,7 @@ class FreeFloorDetector:
 
     def __init__(self) -> None:
         self._counts: NDArray[np.float64] | None = None
-        self._likely: Mask = np.zeros(N.bins**3, bool)
+        self._likely: Mask = np.zeros(TUNING.bins**3, bool)
         self._samples: dict[float, Image] = {}
         self._kept_s = -math.inf
         self._light = 0.0
@@ -80,16 +80,16 @@ class FreeFloorDetector:
         return self._counts is not None
 
     def keep(self, image: Image, time_s: float) -> None:
-        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead, for `N.kept_s`.
+        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead, for `TUNING.kept_s`.
 
         Args:
             image: The frame.
             time_s: When it was taken, in seconds on any clock; later than the frames before.
         """
-        if time_s - self._kept_s < N.learn_every_s:
+        if time_s - self._kept_s < TUNING.learn_every_s:
             return
         self._kept_s = time_s
-        self._samples = {then_s: sample for then_s, sample in self._samples.items() if time_s - then_s <= N.kept_s}
+        self._samples = {then_s: sample for then_s, sample in self._samples.items() if time_s - then_s <= TUNING.kept_s}
         self._samples[time_s] = _sample(_reduced(image)).copy()
 
     def learn(self, time_s: float) -> None:
@@ -98,32 +98,32 @@ class FreeFloorDetector:
         if sample is None:
             return
         bins, light = _bins(sample), _light(sample)
-        counts = np.bincount(bins.ravel(), minlength=N.bins**3) / bins.size
+        counts = np.bincount(bins.ravel(), minlength=TUNING.bins**3) / bins.size
         if self._counts is not None:
-            counts = N.keeps * self._counts + (1.0 - N.keeps) * counts
-            light = N.keeps * self._light + (1.0 - N.keeps) * light
+            counts = TUNING.keeps * self._counts + (1.0 - TUNING.keeps) * counts
+            light = TUNING.keeps * self._light + (1.0 - TUNING.keeps) * light
         self._counts, self._light = counts, light
-        cube = counts.reshape(N.bins, N.bins, N.bins)
-        for axis, reach in enumerate((N.light_bins, N.chroma_bins, N.chroma_bins)):
+        cube = counts.reshape(TUNING.bins, TUNING.bins, TUNING.bins)
+        for axis, reach in enumerate((TUNING.light_bins, TUNING.chroma_bins, TUNING.chroma_bins)):
             cube = _spread(cube, axis, reach)
-        self._likely = np.asarray(cube > N.rare * cube.max()).ravel()
+        self._likely = np.asarray(cube > TUNING.rare * cube.max()).ravel()
 
     def ends(self, image: Image) -> NDArray[np.float64]:
         """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
 
         Columns whose lowest pixels are not floor, and those that look like floor up to the upper edge, are left out.
         """
-        scale = image.shape[1] / N.width_px
+        scale = image.shape[1] / TUNING.width_px
         small = _reduced(image)
         height, width = small.shape[:2]
-        if height < N.run_px:
+        if height < TUNING.run_px:
             return np.empty((0, 2))
-        floor = cv2.medianBlur(self._likely[_bins(self._exposure_matched(small))].astype(np.uint8), N.grain_px)
-        columns = ((np.arange(N.columns) + 0.5) * width / N.columns).astype(np.int64)
+        floor = cv2.medianBlur(self._likely[_bins(self._exposure_matched(small))].astype(np.uint8), TUNING.grain_px)
+        columns = ((np.arange(TUNING.columns) + 0.5) * width / TUNING.columns).astype(np.int64)
         upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
         in_run = upwards.copy()
-        in_run[N.run_px :] -= upwards[: -N.run_px]
-        full = in_run[N.run_px - 1 :] == N.run_px
+        in_run[TUNING.run_px :] -= upwards[: -TUNING.run_px]
+        full = in_run[TUNING.run_px - 1 :] == TUNING.run_px
         begins = full.argmax(axis=0)
         bounded = full.any(axis=0) & (begins > 0)
         ends = np.stack([columns[bounded] + 0.5, height - begins[bounded]], axis=1)
@@ -132,9 +132,9 @@ class FreeFloorDetector:
     def _exposure_matched(self, small: Image) -> Image:
         """Return a frame in the light in which the floor was learned, if more of the sample is then known."""
         known = self._known(small)
-        if known >= N.familiar or not self.ready:
+        if known >= TUNING.familiar or not self.ready:
             return small
-        gain = min(max(self._light / max(_light(_sample(small)), 1.0), N.gain[0]), N.gain[1])
+        gain = min(max(self._light / max(_light(_sample(small)), 1.0), TUNING.gain[0]), TUNING.gain[1])
         matched = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
         return matched if self._known(matched) > max(known, 0.5) else small
 
@@ -146,7 +146,7 @@ class FreeFloorDetector:
 def _sample(small: Image) -> Image:
     """Return the part of a frame that shows free floor if there is no near echo."""
     height, width = small.shape[:2]
-    top, aside = int(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
+    top, aside = int(height * (1.0 - TUNING.sample_height)), round(width * (1.0 - TUNING.sample_width) / 2)
     return small[top:, aside : width - aside]
 
 
@@ -158,18 +158,18 @@ def _light(sample: Image) -> float:
 def _reduced(image: Image) -> Image:
     """Return a frame of the detector's width."""
     height, width = image.shape[:2]
-    if width == N.width_px:
+    if width == TUNING.width_px:
         return image
-    size = (N.width_px, max(1, round(height * N.width_px / width)))
+    size = (TUNING.width_px, max(1, round(height * TUNING.width_px / width)))
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _bins(image: Image) -> NDArray[np.int64]:
     """Return the number of each pixel's colour, (height, width)."""
     lab = cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2LAB).astype(np.int64)
-    light = lab[..., 0] * N.bins // 256
-    a, b = (np.clip((lab[..., i] - 128) // N.chroma_step + N.bins // 2, 0, N.bins - 1) for i in (1, 2))
-    return np.asarray((light * N.bins + a) * N.bins + b)
+    light = lab[..., 0] * TUNING.bins // 256
+    a, b = (np.clip((lab[..., i] - 128) // TUNING.chroma_step + TUNING.bins // 2, 0, TUNING.bins - 1) for i in (1, 2))
+    return np.asarray((light * TUNING.bins + a) * TUNING.bins + b)
 
 
 def _spread(cube: NDArray[np.float64], axis: int, reach: int) -> NDArray[np.float64]:

@@ -23,10 +23,10 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.perception import TUNING as PERCEPTION
 from behaviors.angles import wrapped_deg
+from nxtdrive.vision.free_floor import TUNING as DETECTOR
 from nxtdrive.vision.free_floor import FreeFloorDetector
-from nxtdrive.vision.free_floor import N as DETECTOR
 from nxtdrive.vision.geometry import Mounting
 from nxtdrive.vision.geometry import Pinhole as DetectorPinhole
 from sim_backend.camera.geometric_floor import FloorModel, GeometricFloor

@@ -20,10 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.belief_numbers import N as BELIEF
+from behaviors.adaptive.belief_tuning import TUNING as BELIEF
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import Evidence
 from behaviors.executive import Executive

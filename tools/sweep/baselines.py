@@ -6,7 +6,7 @@ from random import Random
 
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
-from behaviors.thesis.skills import N as THESIS
+from behaviors.thesis.skills import TUNING as THESIS
 from nxtdrive.simulated.robot import ScenarioRobot
 
 from .baseline import Baseline

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from behaviors.adaptive.grid_cells import CELL_MM
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.mission.robot import CameraTable
 from behaviors.ports import Point, Pose
 from nxtdrive.drawing.floor_view import Area, FloorView

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.attempts import N as ATTEMPTS
+from behaviors.adaptive.attempts import TUNING as ATTEMPTS
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_numbers import N as GRID
-from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.perception import TUNING as PERCEPTION
 from behaviors.adaptive.perception import blocker_without_echo
-from behaviors.adaptive.wait_rescan import N as WAIT
+from behaviors.adaptive.wait_rescan import TUNING as WAIT
 from behaviors.adaptive.wait_rescan import WaitSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason

@@ -2,8 +2,8 @@
 
 import pytest
 
+from behaviors.adaptive.attempts import TUNING as ATTEMPTS
 from behaviors.adaptive.attempts import Attempts
-from behaviors.adaptive.attempts import N as ATTEMPTS
 from behaviors.events import Reason
 
 HERE, AIM = (0.0, 0.0), (900.0, 0.0)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.ports import Point, Pose
 

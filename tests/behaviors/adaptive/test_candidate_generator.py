@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding

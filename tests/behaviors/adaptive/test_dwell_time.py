@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from behaviors.adaptive.dwell_time import TUNING as DWELL
 from behaviors.adaptive.dwell_time import WAITS, BlockerHypothesis, best_wait_s, cost_s, hypotheses
-from behaviors.adaptive.dwell_time import N as DWELL
 from behaviors.failures import Blocker
 
 ROUNDS_S = st.floats(0.1, 120.0)

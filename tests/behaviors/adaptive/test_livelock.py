@@ -12,7 +12,7 @@ from random import Random
 import pytest
 from random_ports import RandomPorts, two_targets
 
-from behaviors.adaptive.attempts import N as ATTEMPTS
+from behaviors.adaptive.attempts import TUNING as ATTEMPTS
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from behaviors.adaptive.look_alikes import TUNING as LOOK_ALIKES
 from behaviors.adaptive.look_alikes import LookAlikes
-from behaviors.adaptive.look_alikes import N as LOOK_ALIKES
 from behaviors.ports import Sighting
 
 PLACE, BESIDE, ELSEWHERE = (1000.0, 0.0), (1200.0, 0.0), (1000.0, 900.0)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.ports import Pose

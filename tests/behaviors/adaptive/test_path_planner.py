@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import USUAL_ROBOT, OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Point, Pose

@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+from behaviors.adaptive.follow_path import TUNING as PATH
 from behaviors.adaptive.follow_path import FollowPathSkill
-from behaviors.adaptive.follow_path import N as PATH
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.perception import N, Perception
+from behaviors.adaptive.perception import TUNING, Perception
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose
@@ -75,14 +75,21 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
         perception.drive(0.0, 90.0)
         ranges_mm.append(perception.step().range_mm)
     echoes_mm = [each for each in ranges_mm if each is not None]
-    assert min(echoes_mm) < N.free_mm < max(echoes_mm)
-    assert known[1:] == [each is not None and each > N.free_mm for each in ranges_mm[1:]]
+    assert min(echoes_mm) < TUNING.free_mm < max(echoes_mm)
+    assert known[1:] == [each is not None and each > TUNING.free_mm for each in ranges_mm[1:]]
     assert known[0], "before the first echo the floor ahead of the start is taken for free"
 
 
 @pytest.mark.parametrize(
     ("latency_ms", "look_s", "frames"),
-    [(2.0, 0.0, 1), (65.0, 0.0, 1), (SLOW_MS, 0.0, N.burst), (2.0, 0.8, 1), (65.0, 0.5, 1), (SLOW_MS, 0.3, N.burst)],
+    [
+        (2.0, 0.0, 1),
+        (65.0, 0.0, 1),
+        (SLOW_MS, 0.0, TUNING.burst),
+        (2.0, 0.8, 1),
+        (65.0, 0.5, 1),
+        (SLOW_MS, 0.3, TUNING.burst),
+    ],
 )
 def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, look_s, frames):
     perception = perceive[0](latency_ms, look_s)

@@ -5,7 +5,7 @@ import numpy as np
 from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.sonar_trust import N as SONAR
+from behaviors.adaptive.sonar_trust import TUNING as SONAR
 from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission

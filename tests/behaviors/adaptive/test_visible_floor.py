@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
 from behaviors.mission.robot import CameraTable

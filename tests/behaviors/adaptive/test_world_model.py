@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class BeliefNumbers:
+class BeliefTuning:
     """Tuning constants of the belief and of the detector model behind it.
 
     Attributes:
@@ -75,4 +75,4 @@ class BeliefNumbers:
     arc_bins: int = 36
 
 
-N = BeliefNumbers()
+TUNING = BeliefTuning()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class GridNumbers:
+class GridTuning:
     """Tuning constants of the sonar model and of the map; log odds are not calibrated.
 
     Attributes:
@@ -95,4 +95,4 @@ class GridNumbers:
     most_side: int = 720
 
 
-N = GridNumbers()
+TUNING = GridTuning()
