@@ -47,6 +47,11 @@ class FlatRoom:
         (x0, y0), (x1, y1) = self.low_mm, self.high_mm
         return builder.between(x0 + margin_mm, x1 - margin_mm), builder.between(y0 + margin_mm, y1 - margin_mm)
 
+    @property
+    def shorter_mm(self) -> float:
+        """Length of its shorter side."""
+        return min(high - low for low, high in zip(self.low_mm, self.high_mm, strict=True))
+
     def place_at_wall(self, builder: RoomBuilder, out_mm: float, corner_mm: float) -> tuple[Point, float]:
         """Draw a point `out_mm` from one of its walls and away from its door, and the direction into the room."""
         (x0, y0), (x1, y1) = self.low_mm, self.high_mm

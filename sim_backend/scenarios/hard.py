@@ -14,6 +14,7 @@ from sim_backend.scenarios.conditions import Conditions, ViewConditions
 from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
 from sim_backend.scenarios.flats import Flat, furnish, generate_flat
 from sim_backend.scenarios.handicaps import PICTURES_APART_MM
+from sim_backend.scenarios.homes import generate_home
 from sim_backend.scenarios.layouts import generate_layout
 from sim_backend.scenarios.realities import REALITIES
 from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator, point_from
@@ -200,6 +201,11 @@ def _before(random: Random) -> RoomBuilder:
     return REALITIES["before"](random)
 
 
+def _home(random: Random) -> RoomBuilder:
+    """Find prints of three sizes in a furnished home: mind legs, soft furniture, doors ajar, toys and a flatmate."""
+    return generate_home(random, THREE)
+
+
 HARD: dict[str, RoomGenerator] = {
     "flat": _flat,
     "everyday": _everyday,
@@ -216,5 +222,6 @@ HARD: dict[str, RoomGenerator] = {
     "crowd": _crowd,
     "big": _big,
     "layouts": generate_layout,
+    "home": _home,
 }
 """A function per class of the hard suite; see docs/evaluation.md."""

@@ -69,11 +69,7 @@ def _tables(random: Random) -> RoomBuilder:
     width, depth = builder.size_mm
     for table, (x, y) in enumerate([(0.3, 0.28), (0.7, 0.28), (0.3, 0.72), (0.7, 0.72)]):
         at, facing = (width * x, depth * y), builder.between(-20, 20)
-        for leg, (along, aside) in enumerate([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
-            side = point_from(at, facing, along * TABLE_MM[0] / 2)
-            place = point_from(side, facing + 90.0, aside * TABLE_MM[1] / 2)
-            name = f"leg {leg} of table {table}"
-            builder.add_box(name, place, (LEG_MM, LEG_MM), TABLE_HEIGHT_MM, facing_deg=facing)
+        builder.add_legs(f"table {table}", at, facing, TABLE_MM, LEG_MM, TABLE_HEIGHT_MM)
         for chair in range(random.randint(0, 2)):
             place = point_from(at, facing + random.choice((-90.0, 90.0)), 600.0)
             name = f"chair {chair} of table {table}"

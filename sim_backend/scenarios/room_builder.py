@@ -113,6 +113,22 @@ class RoomBuilder:
         """Add a box; `more` has further keys of its table, as for the methods below."""
         self.boxes.append({"name": name, "at_mm": at_mm, "size_mm": size_mm, "height_mm": height_mm, **more})
 
+    def add_legs(
+        self,
+        of: str,
+        at_mm: Point,
+        facing_deg: float,
+        size_mm: tuple[float, float],
+        leg_mm: float,
+        height_mm: float,
+        **more: object,
+    ) -> None:
+        """Add four legs, `leg_mm` thick, of a piece of furniture with this size between their middles."""
+        for leg, (along, aside) in enumerate([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
+            side = point_from(at_mm, facing_deg, along * size_mm[0] / 2)
+            place = point_from(side, facing_deg + 90.0, aside * size_mm[1] / 2)
+            self.add_box(f"leg {leg} of {of}", place, (leg_mm, leg_mm), height_mm, facing_deg=facing_deg, **more)
+
     def add_wall(self, from_mm: Point, to_mm: Point, **more: object) -> None:
         """Add an inner wall."""
         self.walls.append({"from_mm": from_mm, "to_mm": to_mm, **more})
@@ -198,7 +214,11 @@ class RoomBuilder:
             "mission": {"name": title, "targets": list(self.targets), "time_limit_s": self.conditions.time_limit_s},
             **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
             "target": {
-                name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
+                name: {
+                    "detector": "picture",
+                    "pictures": [str(PICTURES / f"{name}.png")],
+                    "height_mm": self.pictures.get(name, {"size_mm": PRINT_MM})["size_mm"][1],
+                }
                 for name in self.targets
             },
             "robot": dict(self.conditions.robot),

@@ -83,6 +83,30 @@ def test_a_flat_has_rooms_on_a_corridor_and_a_target_in_each_of_some(kind, rooms
     assert scenario.mission.mission.time_limit_s == limit_s
 
 
+def test_a_home_has_prints_of_several_sizes_and_its_mission_knows_them():
+    sizes = set()
+    for seed in range(10):
+        scenario = generate_scenario("home", seed)
+        heights = {picture.name: picture.size_mm[1] for picture in scenario.world.pictures}
+        assert {name: target.height_mm for name, target in scenario.mission.target.items()} == heights
+        sizes.update(heights.values())
+    assert sizes == {148.0, 210.0, 297.0}
+
+
+def test_furniture_in_homes_is_inside_and_keeps_away_from_what_hangs_on_the_walls():
+    for seed in range(20):
+        world = generate_scenario("home", seed).world
+        for box in world.boxes:
+            (depth, width), facing = box.size_mm, math.radians(box.facing_deg)
+            x = (abs(math.cos(facing)) * depth + abs(math.sin(facing)) * width) / 2
+            y = (abs(math.sin(facing)) * depth + abs(math.cos(facing)) * width) / 2
+            assert x <= box.at_mm[0] <= world.floor.size_mm[0] - x
+            assert y <= box.at_mm[1] <= world.floor.size_mm[1] - y
+            if not box.name.startswith("leg"):
+                reach = min(box.size_mm) / 2
+                assert all(math.dist(box.at_mm, picture.at_mm) > reach for picture in world.pictures)
+
+
 def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_describes():
     def robot(kind, seed):
         world = generate_scenario(kind, seed).world
