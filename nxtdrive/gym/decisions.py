@@ -19,7 +19,7 @@ from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
 from behaviors.stepped_mission import SteppedMission
-from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_eyes, episode_info
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_vision, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
@@ -83,7 +83,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
         profile: The profile that drives and proposes.
-        eyes: How targets are seen: ``geometric`` or ``camera``.
+        vision: How targets are seen: ``geometric`` or ``camera``.
         cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:
@@ -97,11 +97,11 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         kinds: Sequence[str] = ("flat",),
         seeds: Sequence[int] = TUNING_SEEDS,
         profile: str = ADAPTIVE,
-        eyes: str = GEOMETRIC,
+        vision: str = GEOMETRIC,
         cost_per_s: float = 1.0,
     ) -> None:
         self._scenarios = ScenarioSampler(kinds, seeds, profile)
-        self._eyes, self._cost_per_s = check_eyes(eyes), check_cost(cost_per_s)
+        self._vision, self._cost_per_s = check_vision(vision), check_cost(cost_per_s)
         self._ongoing: _OngoingMission | None = None
         self._ended = False
         many = MAX_OBSERVED_COUNT
@@ -129,7 +129,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         super().reset(seed=seed, options=options)
         self.close()
         self._ended = False
-        episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
+        episode = Episode(self._scenarios.sample(self.np_random, options), self._vision)
         episode.observers.append(episode.note_arrival)
         self._ongoing = ongoing = _OngoingMission(episode)
         ongoing.stepped.step()

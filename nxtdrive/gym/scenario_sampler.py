@@ -84,15 +84,15 @@ def episode_info(episode: Episode) -> dict[str, Any]:
     return {"kind": scenario.kind, "seed": scenario.seed, "seconds": episode.time_s, "reached": reached}
 
 
-def check_eyes(eyes: str) -> str:
-    """Return `eyes`, the name of how targets are seen.
+def check_vision(vision: str) -> str:
+    """Return `vision`, the name of how targets are seen.
 
     Raises:
         ConfigError: It is not a known name.
     """
-    if eyes not in (GEOMETRIC, CAMERA):
-        raise ConfigError(f"eyes = {eyes!r} is not valid.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
-    return eyes
+    if vision not in (GEOMETRIC, CAMERA):
+        raise ConfigError(f"vision = {vision!r} is not valid.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
+    return vision
 
 
 def check_cost(cost_per_s: float) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Outage, Sighting
 from behaviors.profile_names import ADAPTIVE
-from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_eyes, episode_info
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_vision, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
@@ -46,12 +46,12 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     The observation has ``sonar`` (mm, 2550 without an echo), ``bumper``, ``odometry`` (x and y in mm, heading in
     degrees, positive right, from the start), ``targets`` (for each in order: whether it is yet to be reached, and with
     geometric vision whether it is seen, its bearing in degrees and its distance in mm), ``left_s``, and with
-    ``eyes="camera"`` the ``image``, blue, green, red.
+    ``vision="camera"`` the ``image``, blue, green, red.
 
     Args:
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
-        eyes: How targets are seen: ``geometric`` or ``camera``.
+        vision: How targets are seen: ``geometric`` or ``camera``.
         cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:
@@ -64,11 +64,11 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self,
         kinds: Sequence[str] = ("open",),
         seeds: Sequence[int] = TUNING_SEEDS,
-        eyes: str = GEOMETRIC,
+        vision: str = GEOMETRIC,
         cost_per_s: float = 1.0,
     ) -> None:
         self._scenarios, self._cost_per_s = ScenarioSampler(kinds, seeds, ADAPTIVE), check_cost(cost_per_s)
-        self._renders = check_eyes(eyes) != GEOMETRIC
+        self._renders = check_vision(vision) != GEOMETRIC
         self._episode: Episode | None = None
         self._ended = False
         self._standing = False

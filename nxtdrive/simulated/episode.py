@@ -18,7 +18,7 @@ class Episode:
 
     Args:
         scenario: The scenario.
-        eyes: How targets are seen: ``geometric`` or ``camera``.
+        vision: How targets are seen: ``geometric`` or ``camera``.
 
     Attributes:
         observers: Called with every record of the journal.
@@ -26,7 +26,7 @@ class Episode:
         robot: The ports, as every profile gets them.
     """
 
-    def __init__(self, scenario: Scenario, eyes: str) -> None:
+    def __init__(self, scenario: Scenario, vision: str) -> None:
         self.scenario = scenario
         self.simulation = Simulation(scenario.world, seed=scenario.seed)
         self.observers: list[Observer] = []
@@ -37,7 +37,7 @@ class Episode:
             self.simulation, latency_ms=conditions.latency_ms, faults=conditions.faults, warn_of_sleep=False
         )
         brick = self._closing.enter_context(Brick(transport))
-        self.robot = scenario_robot(scenario, self.simulation, brick, eyes, self.observers)
+        self.robot = scenario_robot(scenario, self.simulation, brick, vision, self.observers)
         self._start_s = self.simulation.time_s
 
     @property

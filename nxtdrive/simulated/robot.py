@@ -47,7 +47,7 @@ class ScenarioRobot:
 
 
 def scenario_robot(
-    scenario: Scenario, simulation: Simulation, brick: Brick, eyes: str, observers: Sequence[Observer]
+    scenario: Scenario, simulation: Simulation, brick: Brick, vision: str, observers: Sequence[Observer]
 ) -> ScenarioRobot:
     """Build the robot of a scenario.
 
@@ -55,11 +55,11 @@ def scenario_robot(
         scenario: The mission, and the camera's outages.
         simulation: The world that it drives in.
         brick: The open connection to its brick.
-        eyes: How targets are seen: ``geometric`` or ``camera``.
+        vision: How targets are seen: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
     view = scenario.conditions.view
-    sensor = DegradedSensor(simulation, view, scenario.seed) if eyes == GEOMETRIC else None
+    sensor = DegradedSensor(simulation, view, scenario.seed) if vision == GEOMETRIC else None
     sees = mission_vision(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in view.losses:
         _lose_camera(simulation, loss)

@@ -142,7 +142,7 @@ def shortened(words: Sequence[str], runs: Sequence[str]) -> list[str]:
     seed = options.get("--seeds", "100").split("-")[0]
     agents = options.get("--agents", "thesis").split(",")
     agents = agents[:1] + [each for each in agents[1:] if ":" in each]
-    kept = [word for name in ("--out", "--eyes", "--plot") if name in options for word in (name, options[name])]
+    kept = [word for name in ("--out", "--vision", "--plot") if name in options for word in (name, options[name])]
     kept += ["--resume"] if "--resume" in rest else []
     drawn = ["--classes", classes.replace("CLASSES", "open"), "--seeds", f"{seed}-{seed}"]
     return [command, *drawn, "--agents", ",".join(agents), *kept]

@@ -16,9 +16,9 @@ UNSEEING_TURN_S = 2.0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("eyes", ["geometric", pytest.param("camera", marks=pytest.mark.nightly)])
-def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
-    trace, recorder = run_episode(generate_scenario("camera_loss", 102), "adaptive", eyes)
+@pytest.mark.parametrize("vision", ["geometric", pytest.param("camera", marks=pytest.mark.nightly)])
+def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(vision):
+    trace, recorder = run_episode(generate_scenario("camera_loss", 102), "adaptive", vision)
     lost = [record for record in recorder.records if record.data.get("to") == "down"]
     unplugged_s = [each.time_s for each in trace.disturbances]
     assert [record.data["reason"] for record in lost] == [Reason.CAMERA_LOST] * len(unplugged_s)

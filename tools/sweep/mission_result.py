@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_serializer, model_validator
+from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, field_serializer, model_validator
 
 from behaviors.executive import Ending
 from nxtdrive.recording.predictions import Prediction
@@ -15,7 +15,7 @@ from .causes import ChoiceEvaluation
 from .metrics import TargetResult
 
 Key = tuple[str, int, str, str, str]
-"""Class, seed, agent, how targets are seen (`eyes`), and the digest of the robot's description."""
+"""Class, seed, agent, how targets are seen (`vision`), and the digest of the robot's description."""
 OF_WHOLE_MISSIONS = {"duration_s", "contacts"}
 USUAL_TARGETS = 2
 """Existing targets of most classes of scenarios."""
@@ -32,7 +32,7 @@ class MissionResult(BaseModel):
     """The result of one mission; docs/evaluation.md explains the fields under their names in the file.
 
     A mission that broke has no targets but their number, `unreached`, and none of the values after them, nor a
-    duration or contacts. Values with a default are not in files of earlier versions.
+    duration or contacts. Values with a default are not in files of earlier versions, which have `vision` as `eyes`.
     """
 
     model_config = ConfigDict(strict=True, frozen=True, populate_by_name=True)
@@ -41,7 +41,7 @@ class MissionResult(BaseModel):
     kind: str = Field(validation_alias="class", serialization_alias="class")
     seed: int
     agent: str = Field(validation_alias="policy", serialization_alias="policy")
-    eyes: str
+    vision: str = Field(validation_alias=AliasChoices("vision", "eyes"))
     robot: str = ""
     success: bool
     sum_reward: float
@@ -63,7 +63,7 @@ class MissionResult(BaseModel):
     @property
     def key(self) -> Key:
         """Identify the mission across sweeps."""
-        return self.kind, self.seed, self.agent, self.eyes, self.robot
+        return self.kind, self.seed, self.agent, self.vision, self.robot
 
     @property
     def broke(self) -> bool:

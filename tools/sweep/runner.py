@@ -106,12 +106,12 @@ def plan(
     kinds: Sequence[str],
     seeds: Iterable[int],
     agents: Sequence[str],
-    eyes: str,
+    vision: str,
     robot: RobotFile = UNCHANGED,
 ) -> list[Task]:
     """Return the tasks of a sweep: every agent in every scenario, with this description of the robot."""
     cases = product(kinds, seeds, agents)
-    return [Task(index, kind, seed, agent, eyes, robot) for index, (kind, seed, agent) in enumerate(cases)]
+    return [Task(index, kind, seed, agent, vision, robot) for index, (kind, seed, agent) in enumerate(cases)]
 
 
 @contextmanager

@@ -114,7 +114,7 @@ def summary(swept: SweepResult) -> dict[str, Any]:
     results = swept.results
     agents = by(results, "agent")
     return {
-        "eyes": sorted(by(results, "eyes")),
+        "vision": sorted(by(results, "vision")),
         "seeds": {kind: sorted({result.seed for result in group}) for kind, group in by(results, "kind").items()},
         "intervals": {"confidence": CONFIDENCE, "bootstrap": RESAMPLES, "seed": SEED, "resampled": "missions"},
         "policies": {

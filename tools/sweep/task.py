@@ -42,7 +42,7 @@ class Task:
         kind: Class of the scenario.
         seed: Seed of the scenario.
         agent: Name of the agent that drives.
-        eyes: How targets are seen: ``geometric`` or ``camera``.
+        vision: How targets are seen: ``geometric`` or ``camera``.
         robot: Description of the robot for the missions, where they have none themselves.
     """
 
@@ -50,7 +50,7 @@ class Task:
     kind: str
     seed: int
     agent: str
-    eyes: str
+    vision: str
     robot: RobotFile = field(default=UNCHANGED, compare=False)
 
     @property
@@ -63,10 +63,10 @@ class Task:
     @property
     def key(self) -> Key:
         """Identify the mission across sweeps."""
-        return self.kind, self.seed, self.agent, self.eyes, self.described
+        return self.kind, self.seed, self.agent, self.vision, self.described
 
 
-def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, TruthRecorder]:
+def run_episode(scenario: Scenario, agent: str, vision: str) -> tuple[EpisodeTrace, TruthRecorder]:
     """Run an episode and record its ground truth.
 
     Returns:
@@ -77,7 +77,7 @@ def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace
         Exception: Any error that breaks the mission or its recorder, a livelock for instance.
     """
     scenario = replace(scenario, mission=equipped(agent, scenario.mission))
-    with closing(Episode(scenario, eyes)) as episode:
+    with closing(Episode(scenario, vision)) as episode:
         recorder = TruthRecorder(episode.simulation)
         episode.observers.append(recorder)
         report = drive(agent, episode.robot, episode.simulation)
@@ -117,7 +117,7 @@ def evaluate(task: Task) -> MissionResult:
     """Run a task and return its result, even if the mission breaks."""
     try:
         scenario = scenario_of(task)
-        trace, recorder = run_episode(scenario, task.agent, task.eyes)
+        trace, recorder = run_episode(scenario, task.agent, task.vision)
         return result_of(task, trace, predictions(recorder.records, task.agent, scenario.mission))
     except Terminated:
         raise
@@ -188,5 +188,11 @@ def _rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value, or a datacla
 
 
 def _head(task: Task) -> dict[str, Any]:
-    head = {"episode_index": task.index, "kind": task.kind, "seed": task.seed, "agent": task.agent, "eyes": task.eyes}
+    head = {
+        "episode_index": task.index,
+        "kind": task.kind,
+        "seed": task.seed,
+        "agent": task.agent,
+        "vision": task.vision,
+    }
     return {**head, "robot": task.described} if task.described else head

@@ -71,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"only these agents: profiles, baselines, oracles, package.module:Class (docs/profiles.md) {usual}",
     )
     parser.add_argument(
+        "--vision",
         "--eyes",
         choices=("geometric", "camera"),
         default="geometric",
@@ -128,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
         _known("class", args.classes or classes, ALL_CLASSES),
         range(first, last + 1),
         _agents(args.profiles or agents or NAMES),
-        args.eyes,
+        args.vision,
         read_robot_file(args.robot),
     )
     out = args.out or DEFAULT_OUT
@@ -174,7 +175,7 @@ def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
     classes, agents = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.agent for task in tasks)
     seeds = f"{min(task.seed for task in tasks)}-{max(task.seed for task in tasks)}"
     command = ["nxtdrive", "sweep", "--classes", ",".join(classes), "--seeds", seeds]
-    command += ["--agents", ",".join(agents), "--eyes", args.eyes]
+    command += ["--agents", ",".join(agents), "--vision", args.vision]
     return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
@@ -246,8 +247,8 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("class", [kind], ALL_CLASSES)
     _agents([agent])
     out = args.out or Path(f"{kind}-{seed}-{agent}.png".replace(":", "-"))  # Windows has no colons in names
-    task = Task(0, kind, number, agent, args.eyes, read_robot_file(args.robot))
-    trace, _ = run_episode(scenario_of(task), agent, args.eyes)
+    task = Task(0, kind, number, agent, args.vision, read_robot_file(args.robot))
+    trace, _ = run_episode(scenario_of(task), agent, args.vision)
     with writing(out, "With --out, name a PNG in an existing folder with free space."):
         write_file(out, encoded(draw_true_map(trace, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)

@@ -88,7 +88,14 @@ def test_lines_of_something_else_are_refused_with_what_to_name(tmp_path, capsys)
 
 def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
     chance = {"choice": "wait", "reason": "blocked_short", "chance": 0.5, "situation": "wait/0.5/blocked_short/0"}
-    line = {"episode_index": 0, "class": "open", "seed": 1, "policy": "adaptive", "eyes": "geometric", "success": True}
+    line = {
+        "episode_index": 0,
+        "class": "open",
+        "seed": 1,
+        "policy": "adaptive",
+        "vision": "geometric",
+        "success": True,
+    }
     line |= {"sum_reward": 0.0, "max_reward": 0.0, "done": True, "ending": "achieved", "error": "", "targets": []}
     line |= {"duration_s": 1.0, "contacts": 0, "chances": [{**chance, "came_true": True, "of_a_later_version": 1}]}
     other = {**line, "episode_index": 1, "policy": "oracle"}

@@ -25,7 +25,7 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "gym" / "random_driver.py"
 ENVIRONMENTS = {
     "decisions": lambda: DecisionEnv(kinds=["block_permanent"], seeds=[104, 106]),
     "wheels": lambda: WheelEnv(seeds=range(3)),
-    "wheels with images": lambda: WheelEnv(seeds=range(3), eyes="camera"),
+    "wheels with images": lambda: WheelEnv(seeds=range(3), vision="camera"),
 }
 CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name != "wheels")) for name in ENVIRONMENTS]
 
@@ -155,7 +155,7 @@ def test_what_does_not_exist_is_refused(make):
     with pytest.raises(ConfigError, match="no class"):
         make(kinds=["nowhere"])
     with pytest.raises(ConfigError, match="not valid"):
-        make(eyes="x-ray")
+        make(vision="x-ray")
     for cost in (float("nan"), float("inf"), "1", None):
         with pytest.raises(ConfigError, match="cost_per_s is a finite number"):
             make(cost_per_s=cost)

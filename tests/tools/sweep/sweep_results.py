@@ -16,7 +16,7 @@ def mission_result(*targets, **values):
     """Return the result of a mission with these targets."""
     rewards = [float(target.success) for target in targets]
     known = {
-        **{"episode_index": 0, "kind": "open", "seed": 100, "agent": "adaptive", "eyes": "geometric"},
+        **{"episode_index": 0, "kind": "open", "seed": 100, "agent": "adaptive", "vision": "geometric"},
         **{"success": all(rewards), "sum_reward": sum(rewards), "max_reward": max(rewards, default=0.0), "done": True},
         **{"ending": Ending.ACHIEVED, "error": "", "duration_s": 9.0, "contacts": 0, "targets": list(targets)},
     }

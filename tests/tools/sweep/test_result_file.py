@@ -17,7 +17,7 @@ TARGET = {
 }
 CHOICE = {"cause": "missed", "choice": "rescan", "regret_s": None, "fits": True}
 LINE = {
-    **{"episode_index": 0, "class": "open", "seed": 100, "policy": "oracle", "eyes": "geometric", "success": True},
+    **{"episode_index": 0, "class": "open", "seed": 100, "policy": "oracle", "vision": "geometric", "success": True},
     **{"sum_reward": 1.0, "max_reward": 1.0, "done": True, "ending": "achieved", "error": "", "duration_s": 9.5},
     **{"contacts": 0, "targets": [TARGET], "recognition_s": [0.5], "longest_run": 1},
     "choices": [CHOICE],
@@ -42,7 +42,7 @@ def _without(name):
 
 
 BAD_LINES = {
-    **{f"no {name}": _without(name) for name in ("class", "seed", "policy", "eyes", "success", "targets", "ending")},
+    **{f"no {name}": _without(name) for name in ("class", "seed", "policy", "vision", "success", "targets", "ending")},
     **{f"no {name}": _without(name) for name in ("sum_reward", "duration_s", "contacts", "error")},
     "seed is a text": _changed(seed="100"),
     "class is a list": _changed(**{"class": ["open"]}),
@@ -60,6 +60,12 @@ BAD_LINES = {
     "empty": "",
     "another program's": '{"kind": "start"}',
 }
+
+
+def test_the_key_of_vision_in_files_of_earlier_versions_is_read(tmp_path):
+    path = tmp_path / "x.jsonl"
+    path.write_text(json.dumps({"eyes" if key == "vision" else key: value for key, value in LINE.items()}) + "\n")
+    assert [result.vision for result in read_results(path)] == ["geometric"]
 
 
 @pytest.mark.parametrize("text", BAD_LINES.values(), ids=BAD_LINES.keys())
