@@ -129,7 +129,8 @@ class FloorRay:
     Attributes:
         bearing_deg: From the robot's forward axis, positive right.
         near_deg: To the nearest floor that the frame shows.
-        end_deg: To where the floor ends: something stands there, or the floor has another colour.
+        end_deg: To where the floor ends: something stands there, or the floor has another colour. It is not positive if
+            the floor's colours go on up to the horizon or beyond: something in these colours stands on this ray.
     """
 
     bearing_deg: float

@@ -47,6 +47,11 @@ class GridTuning:
         block: Log odds of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the log odds of a cell by this.
         hit_seen: The end of the floor in a frame raises those of its cell by this.
+        hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by this.
+        rare: Log odds against such a thing in an unknown cell.
+        alike_mm: It stands up to this far from the lens.
+        alike_kept: Share that a further frame leaves of the count of rays: it takes about a hundred frames to learn
+            how many rays show such things.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
@@ -88,6 +93,10 @@ class GridTuning:
     block: float = 2.2
     free_seen: float = 0.5
     hit_seen: float = 0.8
+    hit_alike: float = 1.0
+    rare: float = 3.0
+    alike_mm: float = 2500.0
+    alike_kept: float = 0.99
     seen_margin_mm: float = 60.0
     same_share: float = 0.25
     grazed_mm: float = 100.0

@@ -75,6 +75,7 @@ class OccupancyGrid:
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
         self._seen_from: Pose | None = None
+        self._rays = self._alike = 0.0
         for name, empty in _LAYERS.items():
             setattr(self, name, np.full((self.cells.side, self.cells.side), empty))
         self.save()
@@ -183,6 +184,33 @@ class OccupancyGrid:
         most = np.where(exact, TUNING.most, TUNING.solid - 0.1)[ends]
         cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + TUNING.hit_seen, most))
         self.seen[window] |= exact
+        self._add_alike(lens, view)
+
+    def _add_alike(self, lens: Pose, view: VisibleFloor) -> None:
+        """Suspect an obstacle on each ray on which something that looks like the floor stands at an unknown distance.
+
+        It is suspected in each cell as far as what is known of the others leaves it there, so rays from several places
+        meet at it. Where most rays are like that, the walls may look like the floor, and little is learned.
+        """
+        alike = len(view.alike_deg)
+        self._rays = TUNING.alike_kept * self._rays + len(view.bearing_deg) + alike
+        self._alike = TUNING.alike_kept * self._alike + alike
+        if not alike:
+            return
+        along_mm = np.arange(0.0, TUNING.alike_mm, CELL_MM)
+        within = view.alike_near_mm < along_mm[-1]
+        bearing_deg, near_mm = view.alike_deg[within], view.alike_near_mm[within]
+        self.include(*(lens.ahead(TUNING.alike_mm, each) for each in bearing_deg.tolist()))
+        angle = np.radians(lens.heading_deg + bearing_deg)[:, None]
+        i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
+        j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
+        odds = np.exp(self.log_odds[i, j] - TUNING.rare)
+        chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
+        first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
+        share = first / first.sum(axis=1, keepdims=True)
+        gain = TUNING.hit_alike * (1.0 - self._alike / self._rays) * share
+        most = np.maximum(self.log_odds[i, j], TUNING.solid - 0.1)
+        self.log_odds[i, j] = np.minimum(self.log_odds[i, j] + gain, most)
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], echo: tuple[Pose, float]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,7 @@ class VisibleFloorTuning:
         ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
         error_mm: Distances that may be wrong by more than this are not used.
         farthest_used_mm: Larger distances than this are not used either.
+        alike_sds: A ray that ends this many standard deviations above the horizon ends at something like the floor.
     """
 
     offset_sd_deg: float = 2.0
@@ -83,6 +84,7 @@ class VisibleFloorTuning:
     ray_sd_deg: float = 0.15
     error_mm: float = 200.0
     farthest_used_mm: float = 3000.0
+    alike_sds: float = 2.0
 
 
 TUNING = VisibleFloorTuning()
@@ -90,7 +92,7 @@ TUNING = VisibleFloorTuning()
 
 @dataclass(frozen=True, slots=True)
 class VisibleFloor:
-    """The free floor by bearing, (n,) each.
+    """The free floor by bearing, (n,) each but for the last two, (m,).
 
     Attributes:
         bearing_deg: From the robot's forward axis, positive right.
@@ -98,6 +100,8 @@ class VisibleFloor:
         free_mm: Up to where it is certainly free.
         end_mm: To where something stands; infinity where that is not known well enough.
         exact: Whether its direction is known to about a cell of the map.
+        alike_deg: Bearings in which something that looks like the floor stands at an unknown distance.
+        alike_near_mm: From the lens to the nearest floor in the frame there.
     """
 
     bearing_deg: Array
@@ -105,6 +109,8 @@ class VisibleFloor:
     free_mm: Array
     end_mm: Array
     exact: NDArray[np.bool_]
+    alike_deg: Array = field(default_factory=lambda: np.empty(0))
+    alike_near_mm: Array = field(default_factory=lambda: np.empty(0))
 
 
 class FloorRanges:
@@ -135,9 +141,12 @@ class FloorRanges:
 
     def measure(self, rays: Sequence[FloorRay], turn_deg_s: float = 0.0) -> VisibleFloor:
         """Return the distances along some rays, of a robot that turns at this rate."""
-        angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64)
-        bearing, near, end = angles.reshape(-1, 3).T
+        angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64).reshape(-1, 3)
         offset, scale = self._mean
+        below_deg = offset + scale * angles[:, 2]
+        alike = below_deg < -TUNING.alike_sds * self._sd_deg(angles[:, 2])
+        alike_deg, alike_near_deg, _ = angles[alike].T
+        bearing, near, end = angles[below_deg > 0.0].T
         end_mm = self._distance_mm(offset + scale * end)
         error_mm = self._error_mm(end, end_mm)
         known = (error_mm <= TUNING.error_mm) & (end_mm <= TUNING.farthest_used_mm)
@@ -146,7 +155,9 @@ class FloorRanges:
         free_mm = _least_beside(free_mm, bearing, aside_deg)
         exact = end_mm * math.radians(aside_deg) <= TUNING.exact_mm
         near_mm = self._distance_mm(offset + scale * near)
-        return VisibleFloor(bearing, near_mm, free_mm, np.where(known, end_mm, np.inf), exact)
+        alike_near_mm = self._distance_mm(offset + scale * alike_near_deg)
+        end_mm = np.where(known, end_mm, np.inf)
+        return VisibleFloor(bearing, near_mm, free_mm, end_mm, exact, alike_deg, alike_near_mm)
 
     def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float, off_deg: float = 0.0) -> None:
         """Learn from a frame and an echo.
@@ -161,9 +172,8 @@ class FloorRanges:
             return
         if self._compared_at is not None and pose.is_near(self._compared_at, TUNING.moved_mm, TUNING.turned_deg):
             return
-        beam = sorted(
-            (ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= TUNING.beam_deg
-        )
+        ended = [(ray.end_deg, ray.bearing_deg) for ray in rays if ray.end_deg > 0.0]
+        beam = sorted(each for each in ended if abs(each[1] - off_deg) <= TUNING.beam_deg)
         if len(beam) < TUNING.nearest_rays:
             return
         # an echo is of what is nearest in the beam
@@ -195,9 +205,14 @@ class FloorRanges:
 
     def _error_mm(self, seen_deg: Array, away_mm: Array) -> Array:
         """Return the standard deviations of the distances of rays that are seen at these angles."""
+        error_deg = self._sd_deg(seen_deg)
+        return np.asarray(np.radians(error_deg) * (away_mm**2 + self._height_mm**2) / self._height_mm)
+
+    def _sd_deg(self, seen_deg: Array) -> Array:
+        """Return the standard deviations of the true angles of rays that are seen at these angles."""
         terms = np.stack([np.ones_like(seen_deg), seen_deg])
         variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + TUNING.ray_sd_deg**2
-        return np.asarray(np.radians(np.sqrt(variance)) * (away_mm**2 + self._height_mm**2) / self._height_mm)
+        return np.asarray(np.sqrt(variance))
 
     def _distance_mm(self, below_deg: Array) -> Array:
         """Return the distances at which rays meet the floor; those that hardly point down never do."""

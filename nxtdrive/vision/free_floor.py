@@ -111,7 +111,8 @@ class FreeFloorDetector:
     def ends(self, image: Image) -> NDArray[np.float64]:
         """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
 
-        Columns whose lowest pixels are not floor, and those that look like floor up to the upper edge, are left out.
+        The row is 0 where everything up to the upper edge looks like floor. Columns whose lowest pixels are not floor
+        are left out.
         """
         scale = image.shape[1] / TUNING.width_px
         small = _reduced(image)
@@ -124,9 +125,9 @@ class FreeFloorDetector:
         in_run = upwards.copy()
         in_run[TUNING.run_px :] -= upwards[: -TUNING.run_px]
         full = in_run[TUNING.run_px - 1 :] == TUNING.run_px
-        begins = full.argmax(axis=0)
-        bounded = full.any(axis=0) & (begins > 0)
-        ends = np.stack([columns[bounded] + 0.5, height - begins[bounded]], axis=1)
+        begins = np.where(full.any(axis=0), full.argmax(axis=0), height)
+        known = begins > 0
+        ends = np.stack([columns[known] + 0.5, height - begins[known]], axis=1)
         return np.asarray(ends * scale, np.float64)
 
     def _exposure_matched(self, small: Image) -> Image:

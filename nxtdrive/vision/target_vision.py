@@ -165,7 +165,10 @@ class GeometricSensor(Protocol):
         ...
 
     def floor_ends(self) -> NDArray[np.float64]:
-        """Return the pixels, (n, 2) columns and rows, at which the floor ends in this frame."""
+        """Return the pixels, (n, 2) columns and rows, at which the floor ends in this frame.
+
+        See `nxtdrive.vision.free_floor.FreeFloorDetector.ends`.
+        """
         ...
 
 
@@ -263,12 +266,12 @@ def _lower_deg(found: Detection, pinhole: Pinhole) -> float:
 
 
 def _floor_rays(ends: NDArray[np.float64], pinhole: Pinhole) -> list[FloorRay]:
-    """Return the rays of the pixels at which the floor ends, (n, 2); those above the horizon are left out."""
+    """Return the rays of the pixels at which the floor ends, (n, 2), except where it goes on beyond the frame."""
     u, v = ends.T
     bearing_deg, end_deg = pinhole.directions(u, v)
     _, near_deg = pinhole.directions(u, np.full(len(u), pinhole.width * pinhole.aspect))
     angles = np.stack([bearing_deg, near_deg, end_deg], axis=1)
-    return [FloorRay(*each) for each in angles[end_deg > 0.0].tolist()]
+    return [FloorRay(*each) for each in angles[(v > 0.0) | (end_deg <= 0.0)].tolist()]
 
 
 def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:

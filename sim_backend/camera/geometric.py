@@ -201,12 +201,13 @@ class GeometricSensor:
         """
         points = self._floor.ends(panels, viewpoint, self.pinhole)
         if self._optics.readout_s and turn_rate_deg_s:
-            pixels = [self._pixel((x, y, 0.0), viewpoint, turn_rate_deg_s) for x, y in points]
+            pixels = [self._pixel((x, y, z), viewpoint, turn_rate_deg_s) for x, y, z in points]
             u, v = np.array(pixels, np.float64).reshape(-1, 2).T
         else:
-            u, v = self._project((*points.T, np.zeros(len(points))), viewpoint)
+            u, v = self._project((points[:, 0], points[:, 1], points[:, 2]), viewpoint)
         errors_px = np.array([self._floor.error_px(self.generator) for _ in points])
         v = v + errors_px * self.pinhole.width / WORK_WIDTH_PX
+        v = np.where(points[:, 2] > 0.0, np.maximum(v, 0.0), v)  # up to the upper edge of the frame
         inside = (u >= 0.0) & (u < self.pinhole.width) & (v >= 0.0) & (v < self.pinhole.height)
         return np.asarray(np.stack([u, v], axis=1)[inside])
 

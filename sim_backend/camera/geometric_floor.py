@@ -56,11 +56,11 @@ class GeometricFloor:
         self._model = model
 
     def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
-        """Return the points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
+        """Return the points, (n, 3) on the map and above it, at which floor seems to end, for some columns of a frame.
 
         An object on legs hides only the floor behind it, so the floor seems to reach farther than it does. One that
-        looks like the floor seems to be floor up to its upper edge, and hides what is behind it. Columns in which the
-        floor seems to reach above the horizon are left out.
+        looks like the floor seems to be floor up to its upper edge, and hides what is behind it; if that edge is above
+        the horizon, the floor seems to end there.
         """
         rays = (np.arange(COLUMNS) + 0.5) / COLUMNS * camera.width - camera.width / 2
         rays /= camera.focal_px
@@ -73,12 +73,17 @@ class GeometricFloor:
         if hiding.any():
             ends = _beyond(foot, [panel.top_mm for panel in met], viewpoint)
             depth = _uncovered(foot, begins, ends, hiding, ~alike)
-            rays, depth = rays[np.isfinite(depth)], depth[np.isfinite(depth)]
+        above_mm = np.zeros(len(rays))
+        if (beyond := np.isinf(depth)).any():
+            tops_mm = np.array([panel.top_mm for panel in met], np.float64)
+            rises = (tops_mm - viewpoint.height_mm) / foot[beyond]
+            highest = np.where(hiding & np.isfinite(foot[beyond]), rises, -np.inf).argmax(axis=1)
+            depth[beyond], above_mm[beyond] = foot[beyond, highest], tops_mm[highest]
         heading = math.radians(viewpoint.heading_deg)
         cos, sin = math.cos(heading), math.sin(heading)
         x = viewpoint.x_mm + depth * (cos - rays * sin)
         y = viewpoint.y_mm + depth * (sin + rays * cos)
-        return np.stack([x, y], axis=1)
+        return np.stack([x, y, above_mm], axis=1)
 
     def _looks_like_floor(self, panel: Panel, viewpoint: Viewpoint) -> bool:
         front = panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm)

@@ -124,7 +124,7 @@ class RandomPorts:
         return Glimpse(self._now_s, seen)
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
-        ends = (self._random.uniform(0.1, 25.0) for _ in range(self._random.choice((0, 8))))
+        ends = (self._random.uniform(-25.0, 25.0) for _ in range(self._random.choice((0, 8))))
         return [FloorRay(self._random.uniform(-30.0, 30.0), 23.0, end_deg) for end_deg in ends]
 
     def _sighting(self, target: str) -> Sighting:

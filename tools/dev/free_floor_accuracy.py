@@ -125,6 +125,7 @@ class Ray:
         end_px: Row in which the floor ends.
         rug_px: Row in which a rug begins; None without one in front of the obstacle.
         seen_px: Row in which the detector sees the end; None without a result, or with one above the horizon.
+        goes_on: Whether the floor's colours go on above the horizon.
         tall: Whether the obstacle reaches above the horizon of a level camera.
     """
 
@@ -133,6 +134,7 @@ class Ray:
     end_px: float
     rug_px: float | None
     seen_px: float | None
+    goes_on: bool
     tall: bool
 
     @property
@@ -225,7 +227,7 @@ def make_room(number: int, places: int, seed: int) -> Room:
 def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
     """Return the distance of the nearest object in the sonar's cone."""
     nearest_mm = math.inf
-    for x, y in GeometricFloor(model=FloorModel(0.0, frozenset(), 0.0)).ends(
+    for x, y, _ in GeometricFloor(model=FloorModel(0.0, frozenset(), 0.0)).ends(
         panels, viewpoint, Pinhole(320, 240, 60.0)
     ):
         bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
@@ -257,8 +259,9 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     for place in room.places:
         place = replace(place, tilt_deg=condition.tilt_deg)
         ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness))
-        below = ends[pinhole.directions(*ends.T)[1] > 0.0] * (DETECTOR.width_px / condition.size[0])
-        yield from compare(room, kinds.frame(room.panels, place), below)
+        below = pinhole.directions(*ends.T)[1] > 0.0
+        ends *= DETECTOR.width_px / condition.size[0]
+        yield from compare(room, kinds.frame(room.panels, place), ends[below], ends[~below])
 
 
 def faded(image: Image, share: float, towards: float) -> Image:
@@ -269,9 +272,10 @@ def faded(image: Image, share: float, towards: float) -> Image:
     return np.asarray((image * light[..., None]).clip(0, 255), np.uint8)
 
 
-def compare(room: Room, kinds: Image, ends: NDArray[np.float64]) -> Iterable[Ray]:
-    """Yield the directions in which floor is visible in a frame of kinds, with the detector's results."""
-    seen = {int(u * DETECTOR.columns / DETECTOR.width_px): float(v) for u, v in ends}
+def compare(room: Room, kinds: Image, below: NDArray[np.float64], above: NDArray[np.float64]) -> Iterable[Ray]:
+    """Yield the directions in which a frame of kinds shows floor, with the results below and above the horizon."""
+    seen = {int(u * DETECTOR.columns / DETECTOR.width_px): float(v) for u, v in below}
+    goes_on = {int(u * DETECTOR.columns / DETECTOR.width_px) for u, _ in above}
     for column in range(DETECTOR.columns):
         upwards = kinds[::-1, int((column + 0.5) / DETECTOR.columns * DETECTOR.width_px) * FINER + FINER // 2]
         solid, rug = upwards[:, 1] < 128, (upwards[:, 1] >= 128) & (upwards[:, 2] < 128)
@@ -282,7 +286,9 @@ def compare(room: Room, kinds: Image, ends: NDArray[np.float64]) -> Iterable[Ray
         begins = int(rug[:first].argmax())
         rug_px = (len(upwards) - begins) / FINER if begins else None
         tall = bool((upwards[first : len(upwards) // 2 + 1] == upwards[first]).all())
-        yield Ray(room.floor, obstacle, (len(upwards) - first) / FINER, rug_px, seen.get(column), tall)
+        yield Ray(
+            room.floor, obstacle, (len(upwards) - first) / FINER, rug_px, seen.get(column), column in goes_on, tall
+        )
 
 
 def row(name: str, rays: Sequence[Ray]) -> str:
@@ -310,8 +316,13 @@ def alike(rays: Sequence[Ray]) -> Iterable[str]:
     same = {pair for pair, share in shares.items() if share > ALIKE}
     yield f"{len(same)} of {len(shares)} pairs cannot be distinguished"
     for tall, which in ((True, "higher"), (False, "lower")):
-        ends = [ray.seen_px is not None for ray in rays if (ray.floor, ray.obstacle) in same and ray.tall is tall]
-        yield f"of {len(ends)} rays to those {which} than the lens {100 * fmean(ends or [0]):.0f} % have a result"
+        those = [ray for ray in rays if (ray.floor, ray.obstacle) in same and ray.tall is tall]
+        ends = 100 * fmean([ray.seen_px is not None for ray in those] or [0])
+        goes_on = 100 * fmean([ray.goes_on for ray in those] or [0])
+        results = f"{ends:.0f} % end, {goes_on:.0f} % go on above the horizon"
+        yield f"of {len(those)} rays to those {which} than the lens {results}"
+    others = [ray.goes_on for ray in rays if (ray.floor, ray.obstacle) not in same]
+    yield f"of {len(others)} rays to others {100 * fmean(others or [0]):.1f} % go on above the horizon"
 
 
 def on_rugs(rays: Iterable[Ray]) -> str:
