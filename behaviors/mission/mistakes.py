@@ -32,6 +32,18 @@ ELSEWHERE = {
 """Keys that people write into a mission and that no mission has, and what to do instead."""
 
 
+INSTALL = "install its package (docs/detectors.md)"
+DETECTOR_OF = {
+    "pictures": "picture",
+    "cascade": "haar",
+    "id": "marker",
+    "text": "qr",
+    "color": "color",
+    "model": "onnx",
+}
+"""The detector that has a key; it is likelier to be meant than one with a similar name."""
+
+
 def mistake_count(error: ValidationError) -> int:
     """Return how many mistakes `mistakes` yields."""
     return sum(problem["type"] != FOLLOWS for problem in error.errors())
@@ -95,8 +107,11 @@ def _detector_advice(target: dict[str, Any]) -> str:
     known = detector_names()
     if "detector" in target:
         near = nearest(str(target["detector"]), known)
-        others = f"use one of {', '.join(known)}, or install its package (docs/detectors.md)"
-        return f"there is no detector {excerpt(target['detector'])}; {f'did you mean {near!r}?' if near else others}"
+        advice = f"did you mean {near!r}?" if near else f"use one of {', '.join(known)}, or {INSTALL}"
+        key = next((key for key in target if key in DETECTOR_OF), "")
+        if key and DETECTOR_OF[key] != near:
+            advice = f"did you mean {DETECTOR_OF[key]!r}, which has the key {key}? Else {INSTALL}"
+        return f"there is no detector {excerpt(target['detector'])}; {advice}"
     near = nearest("detector", target)
     misspelt = f"; {near!r} looks like it, misspelt" if near else ""
     return f"the key detector is missing; it is one of {', '.join(known)}{misspelt}"

@@ -152,6 +152,10 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
             "target.box: there is no detector 'colour'; did you mean 'color'?",
         ),
         (GOOD.replace("detector = ", "detecter = "), "'detecter' looks like it, misspelt"),
+        (
+            '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "yolo"\nmodel = "best.onnx"\nlabel = "cup"',
+            "there is no detector 'yolo'; did you mean 'onnx', which has the key model? Else install its package",
+        ),
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),
         ('[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"', "target.box.id: is missing"),

@@ -19,6 +19,9 @@ MAX_BYTES = 400 * MEGABYTE
 MAX_FIELDS = 1_000_000
 """Parts of a file that are read at most; a model with a thousand layers has about ten thousand."""
 
+CHECKPOINTS = (".pt", ".pth")
+"""Endings of the files in which PyTorch keeps a model's weights."""
+
 TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 9: "bool", 10: "float16", 11: "float64"}
 """Elements of tensors that numpy has, by their number in TensorProto.DataType."""
 
@@ -71,9 +74,10 @@ def read_onnx(path: Path) -> OnnxFile:
     try:
         return _Reader().model(path, content)
     except ValueError as error:
-        raise ConfigError(
-            f"{path} is not an ONNX model ({error}).", remedy="Export or download it again, as a file *.onnx."
-        ) from None
+        remedy = "Export or download it again, as a file *.onnx."
+        if path.suffix in CHECKPOINTS:
+            remedy = f"Export it as ONNX; Ultralytics does so by: yolo export model={path.name} format=onnx"
+        raise ConfigError(f"{path} is not an ONNX model ({error}).", remedy=remedy) from None
 
 
 Part = int | memoryview | bytes

@@ -52,8 +52,11 @@ def read_labels(path: Path) -> tuple[str, ...]:
     """Read labels from a text file: one per line, or as JSON a list, or an object from number to label.
 
     Raises:
-        ConfigError: It cannot be read, or has none.
+        ConfigError: It cannot be read, has none, or is YAML.
     """
+    if path.suffix.casefold() in (".yaml", ".yml"):
+        remedy = "Write the labels into a text file, one per line, in the model's order."
+        raise ConfigError(f"{path} is YAML, which is not read.", remedy=remedy)
     try:
         found = _parsed(read_text(path, MAX_BYTES), commas=False)
     except InputFileError as error:

@@ -4,7 +4,7 @@
 |---|---|
 | ``yolox`` | (1, N, 5 + C), of YOLOv5 (1, 3 N, 5 + C): centre and size, objectness, scores; N cells of `STRIDES` |
 | ``yolo`` | (1, 4 + C, N), or (1, N, 4 + C) if the labels are known: centre and size in pixels, scores |
-| ``e2e`` | (1, N, 6): corners in pixels, score, label |
+| ``e2e`` | (1, N, 6): corners in pixels, score, label; or (N, 7): number of the image, corners, label, score |
 | ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame |
 | ``detr-post`` | labels, boxes, scores; a second input takes the size of the frame |
 | ``boxes`` | boxes (N, 4): corners in pixels, labels and scores (N); or boxes with their score (N, 5), and labels |
@@ -14,17 +14,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detectors.onnx_export_notes import ExportNotes, export_notes
 from nxtdrive.vision.detectors.onnx_file import OnnxFile
 from nxtdrive.vision.detectors.onnx_runtimes import Arrays
 
 LAYOUTS = ("yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet")
+STRETCHING_LAYOUTS = ("detr", "detr-post", "boxes")
+"""Layouts whose models get the frame stretched to their size."""
 STRIDES = (8, 16, 32)
 ANCHORS = 3
 """Boxes for each cell in YOLOv3, YOLOv5 and YOLOv7; YOLOX has one."""
@@ -49,6 +52,8 @@ class OutputLayout:
         in_rows: For ``yolo``: a label is a row, not a column.
         raw: For ``yolox``: centre and size are relative to the cells.
         anchors: For ``yolox``: boxes for each cell, 1 or 3.
+        numbered: For ``e2e``: a place begins with the number of its image.
+        notes: What the metadata say.
     """
 
     name: str
@@ -57,6 +62,13 @@ class OutputLayout:
     in_rows: bool = True
     raw: bool = False
     anchors: int = 1
+    numbered: bool = False
+    notes: ExportNotes = field(default_factory=ExportNotes)
+
+    @property
+    def stretched(self) -> bool:
+        """Whether frames are stretched to the input's shape, not padded."""
+        return self.name in STRETCHING_LAYOUTS or self.notes.rt_detr
 
     @property
     def coco_classes(self) -> int:
@@ -100,12 +112,12 @@ def find_layout(
     """
     shapes = {name: value.shape for name, value in outputs.items()}
     flat = {name: shape for name, shape in shapes.items() if len(shape) < 4} or shapes  # masks and feature maps are not
-    found = _alone(flat, size, named, wanted) if len(flat) == 1 else _together(model, flat, wanted)
+    notes = export_notes(model.metadata)
+    found = _alone(flat, size, named, wanted, notes) if len(flat) == 1 else _together(model, flat, wanted)
+    if found is not None and found.numbered and outputs[found.roles["all"]][:, 0].any():
+        found = None  # seven numbers of another kind: there is one image, number 0
     if found is None or (wanted is not None and found.name != wanted):
-        listed = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
-        fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
-        remedy = f"Set layout to one of: {', '.join(LAYOUTS)}; or export the model in one of these."
-        raise ConfigError(f"the outputs of {model.path} {fits}: {listed}.", remedy=remedy)
+        raise _unfit(model, shapes, wanted)
     if found.name == "yolox":
         rows = _rows(outputs[found.roles["all"]])
         anchors = ANCHORS if len(rows) > len(_cells(size)[1]) else 1
@@ -126,7 +138,11 @@ def decode(layout: OutputLayout, outputs: Arrays, size: tuple[int, int]) -> Mode
     with np.errstate(all="ignore"):
         if layout.name == "e2e":
             rows = _rows(parts["all"])
-            return _places(_shares(rows[:, :4], size), rows[:, 4], rows[:, 5])
+            rows = rows[:, [1, 2, 3, 4, 6, 5]] if layout.numbered else rows
+            corners = rows[:, :4]
+            if layout.notes.rt_detr or layout.notes.oriented:
+                corners = _corners(corners, rows[:, -1] if layout.notes.oriented else None)
+            return _places(_shares(corners, size), rows[:, 4], rows[:, 5])
         if layout.name in ("yolox", "yolo"):
             return _dense(layout, _rows(parts["all"]), size)
         if layout.name == "detr":
@@ -140,7 +156,7 @@ def decode(layout: OutputLayout, outputs: Arrays, size: tuple[int, int]) -> Mode
 
 
 def _alone(
-    shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: int, wanted: str | None
+    shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: int, wanted: str | None, notes: ExportNotes
 ) -> OutputLayout | None:
     """Return the layout of a single output."""
     ((name, shape),) = shapes.items()
@@ -148,18 +164,35 @@ def _alone(
         return None
     roles, (rows, columns) = {"all": name}, shape[-2:]
     cells = len(_cells(size)[1])
-    by_rows, by_columns = rows - 4, columns - 4  # labels of ``yolo``, if each has a row or a column
+    by_rows, by_columns = (
+        side - 4 - notes.oriented for side in (rows, columns)
+    )  # labels of ``yolo``, in rows or columns
     in_rows = named == by_rows if named in (by_rows, by_columns) else columns > rows
+    numbered = len(shape) == 2 and columns == 7
+    more = wanted == "e2e" or notes.chosen  # beyond the sixth column are coefficients of a mask, keypoints, or an angle
     fits = {
         "yolox": columns >= 6 and rows in (cells, ANCHORS * cells) and (wanted == "yolox" or named in (0, columns - 5)),
-        "e2e": columns == 6 and (wanted == "e2e" or named != 2 or rows not in (6, cells)),
+        "e2e": columns >= 6 if more else numbered or (columns == 6 and (named != 2 or rows not in (6, cells))),
         "yolo": min(rows, columns) >= 5 and (wanted == "yolo" or columns > rows or named in (by_rows, by_columns)),
     }
     shown = by_rows if in_rows else by_columns
     # what is beyond the named labels are keypoints, or coefficients of a mask
     classes = {"yolox": columns - 5, "yolo": named if 0 < named < shown else shown, "e2e": None}
-    chosen = wanted if wanted in fits else next((each for each in fits if fits[each]), None)
-    return OutputLayout(chosen, roles, classes[chosen], in_rows) if chosen and fits[chosen] else None
+    likely = ("e2e", "yolox", "yolo") if notes.chosen else fits
+    chosen = wanted if wanted in fits else next((each for each in likely if fits[each]), None)
+    if not chosen or not fits[chosen]:
+        return None
+    return OutputLayout(chosen, roles, classes[chosen], in_rows, numbered=numbered and chosen == "e2e", notes=notes)
+
+
+def _unfit(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> ConfigError:
+    """Return the error of outputs that fit no layout, or not the wanted one."""
+    listed = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
+    fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
+    remedy = f"Set layout to one of: {', '.join(LAYOUTS)}; or export the model in one of these."
+    if len(shapes) == 1 and all(len(shape) <= 2 for shape in shapes.values()):
+        remedy = "It may be one that names the whole picture; a detector also says where something is."
+    return ConfigError(f"the outputs of {model.path} {fits}: {listed}.", remedy=remedy)
 
 
 def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> OutputLayout | None:
@@ -212,7 +245,8 @@ def _dense(layout: OutputLayout, rows: Floats, size: tuple[int, int]) -> ModelDe
         extent = np.exp(np.minimum(boxes[:, 2:], LARGEST_EXPONENT))
         boxes = np.concatenate([boxes[:, :2] + cells, extent], axis=1) * strides[:, None]
     labels = scores.argmax(axis=1) if scores.shape[1] else np.zeros(len(scores))
-    return _places(_shares(_corners(boxes), size), scores.max(axis=1, initial=0.0), labels)
+    corners = _corners(boxes, rows[:, -1] if layout.notes.oriented else None)
+    return _places(_shares(corners, size), scores.max(axis=1, initial=0.0), labels)
 
 
 def _queries(boxes: Floats, scores: Floats) -> ModelDetections:
@@ -231,9 +265,12 @@ def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> ModelDetec
     return ModelDetections(corners[usable], scores[usable], np.rint(labels[usable]).astype(np.int64))
 
 
-def _corners(boxes: Floats) -> Floats:
-    """Return left, top, right and bottom of boxes given by centre and size."""
+def _corners(boxes: Floats, angles: Floats | None = None) -> Floats:
+    """Return left, top, right and bottom of what is around boxes given by centre, size and perhaps an angle."""
     centre, half = boxes[:, :2], boxes[:, 2:4] / 2
+    if angles is not None:
+        along, across = np.abs(np.cos(angles))[:, None], np.abs(np.sin(angles))[:, None]
+        half = half * along + half[:, ::-1] * across
     return np.concatenate([centre - half, centre + half], axis=1)
 
 

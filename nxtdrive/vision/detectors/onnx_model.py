@@ -22,9 +22,6 @@ OPEN_SIZE = 416
 MULTIPLE = 32
 """All layouts need a multiple of this."""
 
-STRETCHING_LAYOUTS = ("detr", "detr-post", "boxes")
-"""Layouts whose models get the frame stretched to their size."""
-
 MIN_FACE, FACES_OVERLAP = 0.05, 0.3
 """Minimum score with which YuNet reports a place, and how much of two faces may be the same."""
 
@@ -107,7 +104,7 @@ class OnnxModel:
             return self._places(image)
 
     def _places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
-        small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.name in STRETCHING_LAYOUTS)
+        small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.stretched)
         size = small.shape[1], small.shape[0]
         if self._faces is not None:
             found = _find_faces(self._faces, small)
