@@ -26,28 +26,27 @@ MAX_CORRECTION = 0.3
 """A larger correction is a slip of the pen, or wheels of another size."""
 
 
-def by_ruler(
-    diameter_mm: float, track_mm: float, driven: tuple[float, float], turned: tuple[float, float]
-) -> dict[str, float]:
-    """Compute diameter and track.
+DROVE_BACK = (
+    "the robot drove back.",
+    "Set left_reversed and right_reversed in [robot] of the robot file to the other value, true or false.",
+)
+TURNED_LEFT = "the robot turned to the left.", "Exchange the ports left and right in [robot] of the robot file."
 
-    Args:
-        diameter_mm: The diameter by which odometry counted.
-        track_mm: The track by which it did.
-        driven: Millimetres driven by odometry, and by ruler.
-        turned: Degrees turned by odometry, and really.
+
+def _correction(name: str, counted: float, really: float, backwards: tuple[str, str]) -> float:
+    """Return how many times what the wheels counted a person has measured.
 
     Raises:
-        CalibrationRefused: They differ too much.
+        CalibrationRefused: They differ too much, or the robot moved the other way.
     """
-    longer, turned_more = driven[1] / driven[0], turned[1] / turned[0]
-    for name, share in (("distance", longer), ("turn", turned_more)):
-        if abs(share - 1) > MAX_CORRECTION:
-            raise CalibrationRefused(
-                f"the {name} you measured is {share:.0%} of what the wheels counted.",
-                remedy="Measure again; if it is right, correct the wheels' diameter and track in the robot file first.",
-            )
-    return {"wheel_diameter_mm": diameter_mm * longer, "axle_track_mm": track_mm * longer / turned_more}
+    if really < 0:
+        raise CalibrationRefused(backwards[0], remedy=backwards[1])
+    if abs(really / counted - 1) > MAX_CORRECTION:
+        raise CalibrationRefused(
+            f"the {name} you measured is {really / counted:.0%} of what the wheels counted.",
+            remedy="Measure again; if it is right, correct the wheels' diameter and track in the robot file first.",
+        )
+    return really / counted
 
 
 def calibrate_by_ruler(
@@ -95,20 +94,17 @@ def _measure(
     straight = rover.straight(STRAIGHT_MM)
     if not straight.done:
         raise CalibrationRefused(f"the drive was ended: {straight.stop}.", remedy="Clear the floor and start again.")
-    really_mm = ask("How many millimetres did it drive?")
+    really_mm = ask("How many millimetres did it drive (negative: back)?")
+    longer = _correction("distance", straight.distance_mm, really_mm, DROVE_BACK)
     ready(f"Mark where it points. Then it turns {TURNS} times to the right.")
     turn = rover.turn(360.0 * TURNS)
     if not turn.done:
         raise CalibrationRefused(f"the turn was ended: {turn.stop}.", remedy="Clear the floor and start again.")
-    over_deg = ask(f"By how many degrees did it turn more than {TURNS} full turns (negative: less)?")
+    over_deg = ask(f"By how many degrees did it turn to the right more than {TURNS} full turns (negative: less)?")
+    turned_more = _correction("turn", turn.turned_deg, 360.0 * TURNS + over_deg, TURNED_LEFT)
     radius_mm = ask(RADIUS_QUESTION)
-    found = by_ruler(
-        robot.wheel_diameter_mm,
-        robot.axle_track_mm / (1 - robot.turn_slip_percent / 100),
-        (straight.distance_mm, really_mm),
-        (turn.turned_deg, 360.0 * TURNS + over_deg),
-    )
-    diameter_mm, track_mm = round(found["wheel_diameter_mm"], 2), round(found["axle_track_mm"], 1)
+    track_mm = robot.axle_track_mm / (1 - robot.turn_slip_percent / 100)  # by which the turns were counted
+    diameter_mm, track_mm = round(robot.wheel_diameter_mm * longer, 2), round(track_mm * longer / turned_more, 1)
     values = {"wheel_diameter_mm": diameter_mm, "axle_track_mm": track_mm}
     if not radius_mm:
         return values

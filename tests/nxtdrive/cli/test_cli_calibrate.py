@@ -177,6 +177,23 @@ def test_a_ruler_in_another_unit_is_refused(here, monkeypatch, capsys, driven, r
     assert "sheet" not in refusal
 
 
+@pytest.mark.parametrize(
+    ("answers", "said"),
+    [
+        (["", "100"], "you measured is 10%"),  # nobody has to measure the turns after that
+        (["", "-990"], "the robot drove back. Set left_reversed and right_reversed"),
+        (["", "1000", "", "-3600"], "the robot turned to the left. Exchange the ports left and right"),
+    ],
+)
+def test_a_measurement_that_cannot_be_is_refused_at_once(here, monkeypatch, capsys, answers, said):
+    rest = iter(answers)
+    monkeypatch.setattr("builtins.input", lambda: next(rest))
+    assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert "negative: back" in printed.out + printed.err
+
+
 def test_a_ruler_needs_no_world_and_says_what_an_answer_is(here, monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO("\n1 m\n1000\n\n0\n\n"))
     assert main(["calibrate", "wheels", "--ruler"]) == DONE
