@@ -102,9 +102,12 @@ def measured(method: str, errors: Mapping[str, float], date: datetime.date, **ot
     )
 
 
+HEADING = "# How this robot is built, written by `nxtdrive calibrate`; see docs/calibration.md."
+
+
 def toml_text(file: RobotFile) -> str:
     """Return a robot file's text."""
-    lines = ["# How this robot is built, written by `nxtdrive calibrate`; see docs/calibration.md."]
+    lines = [HEADING]
     for name, table in (("robot", file.robot), ("camera", file.camera)):
         if table.model_fields_set:
             lines += ["", f"[{name}]", *_keys(table)]
@@ -140,15 +143,23 @@ def _value(value: object) -> str:
     return repr(value)
 
 
-def write_robot_file(path: Path, file: RobotFile) -> None:
+def write_robot_file(path: Path, file: RobotFile) -> Path | None:
     """Write a robot file as a whole, in place of one that exists.
+
+    Returns:
+        A copy of the one before if it had comments, which the new one has not.
 
     Raises:
         OSError: It cannot be written; what was there before is left as it is.
     """
     from nxtdrive.recording.output_file import replace_file
 
+    copy = None
+    if path.is_file() and b"#" in (before := path.read_bytes()).removeprefix(HEADING.encode()):
+        copy = path.with_name(f"{path.name}.bak")
+        replace_file(copy, before)
     replace_file(path, toml_text(file).encode())
+    return copy
 
 
 def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:

@@ -124,8 +124,10 @@ def run(args: argparse.Namespace) -> int:
         write_error(f"{refusal} {path} was {'left as it is' if os.path.lexists(path) else 'not written'}.")
         return NOT_ACHIEVED
     with writing(path):
-        write_robot_file(path, outcome.file)
+        copy = write_robot_file(path, outcome.file)
     _report(outcome, path, as_json=args.json)
+    if copy is not None and not args.json:
+        write_line(f"{path} was written anew; its comments are in {copy}.")
     return DONE
 
 

@@ -208,6 +208,17 @@ def test_a_ruler_whose_answers_end_is_an_error(here, monkeypatch, capsys, answer
     assert not (here / "robot.toml").exists()
 
 
+def test_a_file_with_comments_of_your_own_is_kept_beside_the_new_one(here, monkeypatch, capsys):
+    mine = "# Ada, with the small tyres\n[robot]\nradius_mm = 140.0    # with the bumper\n"
+    (here / "robot.toml").write_text(mine)
+    for _ in range(2):  # the second time the file is one that the command wrote
+        monkeypatch.setattr("sys.stdin", io.StringIO("\n1000\n\n0\n\n"))
+        assert main(["calibrate", "wheels", "--ruler"]) == DONE
+        assert (here / "robot.toml.bak").read_text() == mine
+    assert capsys.readouterr().out.count("its comments are in robot.toml.bak") == 1
+    assert load_robot_file(here / "robot.toml").robot.radius_mm == 140.0
+
+
 @pytest.mark.parametrize("what", [[], ["camera"], ["wheels", "motors"]])
 def test_a_ruler_measures_wheels_alone(what):
     assert main(["calibrate", *what, "--ruler"]) == USAGE
