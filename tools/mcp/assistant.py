@@ -95,7 +95,7 @@ class Assistant:
         return values | _rounded(asdict(motion.reading))
 
     def start_mission(self, name: str, profile: str, *, decide: bool, end_count: int) -> None:
-        """Start a mission.
+        """Start a mission, and wait up to `NEXT_S` until `status` describes it and not the one before.
 
         Args:
             name: One of `missions`; empty for the built-in one.
@@ -104,7 +104,10 @@ class Assistant:
             end_count: The robot's when it was asked for; see `TaskSlot`.
         """
         mission = self.missions.load(name, profile or None)
+        begun, until_s = self.status_hub.begun, time.monotonic() + NEXT_S
         self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), end_count=end_count)
+        while self.status_hub.begun == begun and self.robot.busy and time.monotonic() < until_s:
+            time.sleep(POLL_S)
 
     def status(self, wait_s: float = 0.0) -> dict[str, Any]:
         """Return what the robot is doing, after waiting up to `wait_s` for a mission's end or question."""

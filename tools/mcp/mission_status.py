@@ -24,6 +24,8 @@ class MissionStatusHub(Hub):
         self._mission: dict[str, Any] = {}
         self._lines: deque[str] = deque(maxlen=LINES)
         self.lost = ""
+        self.begun = 0
+        """Number of missions that have begun."""
 
     def show(self, kind: str, values: Mapping[str, Any]) -> None:
         """Note whether the brick can be reached."""
@@ -38,6 +40,7 @@ class MissionStatusHub(Hub):
             if kind == "run":
                 self._mission = {"run": values["folder"], "mission": values["name"], "profile": values["profile"]}
                 self._lines.clear()
+                self.begun += 1
             elif kind == "ended":
                 self._mission["result"] = {key: values[key] for key in RESULT if key in values}
             elif kind in ("line", "problem"):

@@ -309,3 +309,15 @@ def test_stop_needs_no_thread_that_other_calls_have_taken(quick):
             assert (await call("stop"))["stopped"]
 
     _converse(quick, talk)
+
+
+def test_the_start_of_a_mission_does_not_return_the_result_of_the_one_before(slow):
+    async def talk(call: Call) -> None:
+        for number in (1, 2):
+            started = await call("mission_run")
+            assert started["running"]
+            assert started["mission"]["run"].endswith(f"-00{number}")
+            assert "result" not in started["mission"]
+            assert (await call("stop"))["stopped"]
+
+    _converse(slow, talk)
