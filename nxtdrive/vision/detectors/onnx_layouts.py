@@ -4,8 +4,8 @@
 |---|---|
 | ``yolox`` | (1, N, 5 + C), of YOLOv5 (1, 3 N, 5 + C): centre and size, objectness, scores; N cells of `STRIDES` |
 | ``yolo`` | (1, 4 + C, N), or (1, N, 4 + C) if the labels are known: centre and size in pixels, scores |
-| ``e2e`` | (1, N, 6): corners in pixels, score, label; or (N, 7): number of the image, corners, label, score |
-| ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame |
+| ``e2e`` | (1, N, 6): corners in pixels, score, label; or (N, 7): number of the image, corners, label and score |
+| ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame, or corners in pixels |
 | ``detr-post`` | labels, boxes, scores; a second input takes the size of the frame |
 | ``boxes`` | boxes (N, 4): corners in pixels, labels and scores (N); or boxes with their score (N, 5), and labels |
 | ``yunet`` | of the face detector YuNet, which OpenCV decodes |
@@ -53,6 +53,7 @@ class OutputLayout:
         raw: For ``yolox``: centre and size are relative to the cells.
         anchors: For ``yolox``: boxes for each cell, 1 or 3.
         numbered: For ``e2e``: a place begins with the number of its image.
+        in_pixels: For ``detr``: boxes are corners in pixels.
         notes: What the metadata say.
     """
 
@@ -63,12 +64,13 @@ class OutputLayout:
     raw: bool = False
     anchors: int = 1
     numbered: bool = False
+    in_pixels: bool = False
     notes: ExportNotes = field(default_factory=ExportNotes)
 
     @property
     def stretched(self) -> bool:
         """Whether frames are stretched to the input's shape, not padded."""
-        return self.name in STRETCHING_LAYOUTS or self.notes.rt_detr
+        return (self.name in STRETCHING_LAYOUTS and not self.in_pixels) or self.notes.rt_detr
 
     @property
     def coco_classes(self) -> int:
@@ -123,6 +125,9 @@ def find_layout(
         anchors = ANCHORS if len(rows) > len(_cells(size)[1]) else 1
         relative = anchors == 1 and _relative(rows.astype(np.float32), size)
         return replace(found, raw=relative, anchors=anchors)
+    if found.name == "detr":
+        beyond = np.abs(outputs[found.roles["boxes"]]) > SHARES
+        return replace(found, in_pixels=bool(2 * beyond.sum() > beyond.size))
     return found
 
 
@@ -138,7 +143,7 @@ def decode(layout: OutputLayout, outputs: Arrays, size: tuple[int, int]) -> Mode
     with np.errstate(all="ignore"):
         if layout.name == "e2e":
             rows = _rows(parts["all"])
-            rows = rows[:, [1, 2, 3, 4, 6, 5]] if layout.numbered else rows
+            rows = _without_number(rows) if layout.numbered else rows
             corners = rows[:, :4]
             if layout.notes.rt_detr or layout.notes.oriented:
                 corners = _corners(corners, rows[:, -1] if layout.notes.oriented else None)
@@ -146,7 +151,8 @@ def decode(layout: OutputLayout, outputs: Arrays, size: tuple[int, int]) -> Mode
         if layout.name in ("yolox", "yolo"):
             return _dense(layout, _rows(parts["all"]), size)
         if layout.name == "detr":
-            return _queries(parts["boxes"].reshape(-1, 4), parts["scores"])
+            boxes = parts["boxes"].reshape(-1, 4)
+            return _queries(_shares(boxes, size) if layout.in_pixels else _corners(boxes), parts["scores"])
         boxes = _rows(parts["boxes"])
         scores = parts["scores"].reshape(-1) if "scores" in parts else boxes[:, 4]
         corners = boxes[:, :4]
@@ -249,11 +255,17 @@ def _dense(layout: OutputLayout, rows: Floats, size: tuple[int, int]) -> ModelDe
     return _places(_shares(corners, size), scores.max(axis=1, initial=0.0), labels)
 
 
-def _queries(boxes: Floats, scores: Floats) -> ModelDetections:
-    scores = scores.reshape(len(boxes), scores.shape[-1])
+def _without_number(rows: Floats) -> Floats:
+    """Return corners, score and label of places that begin with a number; only a score is no whole number."""
+    score_first = (rows[:, 5] % 1).any()
+    return rows[:, 1:] if score_first else rows[:, [1, 2, 3, 4, 6, 5]]
+
+
+def _queries(corners: Floats, scores: Floats) -> ModelDetections:
+    scores = scores.reshape(len(corners), scores.shape[-1])
     if scores.size and not (scores.min() >= 0 and scores.max() <= 1):
         scores = 1 / (1 + np.exp(-scores))
-    return _places(_corners(boxes), scores.max(axis=1, initial=0.0), scores.argmax(axis=1))
+    return _places(corners, scores.max(axis=1, initial=0.0), scores.argmax(axis=1))
 
 
 def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> ModelDetections:

@@ -31,9 +31,10 @@ def detector(tmp_path):
 
 
 @pytest.mark.parametrize("label", ["bicycle", "1"])
-def test_rows_of_seven_begin_with_the_image_and_end_with_label_and_score(detector, label):
-    rows = [(0, *BOX, 1, SCORE), (0, 0, 0, 20, 20, 0, 0.5)]  # YOLOv7, exported with --end2end
-    made = detector(rows, {}, label)
+@pytest.mark.parametrize("score_first", [False, True])  # YOLOv7 with --end2end; the flat format of super-gradients
+def test_rows_of_seven_begin_with_the_image_and_end_with_label_and_score(detector, label, score_first):
+    rows = np.array([(0, *BOX, 1, SCORE), (0, 0, 0, 20, 20, 0, 1.0)], np.float32)
+    made = detector(rows[:, [0, 1, 2, 3, 4, 6, 5]] if score_first else rows, {}, label)
     (found,) = made.detect(FRAME)
     assert (found.box, found.score) == (LETTERBOXED, pytest.approx(SCORE))
     assert "layout e2e" in made.description()["model"]
@@ -90,6 +91,15 @@ def test_an_rt_detr_of_ultralytics_gives_centre_and_size_of_a_stretched_frame(de
     rows[0, 0] = (0.5, 0.25, 0.5, 0.25, *((0.1, SCORE, 0.0) if each else (SCORE, 1)))
     (found,) = detector(rows, {"names": NAMES, "head": "RTDETRDecoder", "end2end": "False"}).detect(FRAME)
     assert found.box == (80, 30, 160, 60)
+
+
+def test_boxes_of_which_each_has_all_scores_may_be_corners_in_pixels(tmp_path):
+    corners, scores = np.full((1, 20, 4), BOX, np.float32), np.zeros((1, 20, 3), np.float32)
+    scores[0, 3, 1] = SCORE
+    content = constant_model({"943": corners, "935": scores})  # YOLO-NAS
+    (tmp_path / "model.onnx").write_bytes(content)
+    (found,) = OnnxDetector(tmp_path / "model.onnx", "cup").detect(FRAME)
+    assert found.box == LETTERBOXED
 
 
 @pytest.mark.parametrize("name", ["best.pt", "model.pth"])
