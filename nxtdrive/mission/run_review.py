@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 """A search that ends for one of these reasons has looked in all directions, if the target was never seen before."""
+GIVEN_UP = ("given_up", "time_up")
+"""Endings of a mission that had time to reach its targets."""
+WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPS_BEFORE_WARNING = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
@@ -110,6 +113,8 @@ class RunReview:
             self._transition(record)
         elif record.kind is RecordKind.END:
             self._end()
+            if record.data["ending"] in GIVEN_UP and self._seen and not self._reached:
+                self._doubt_motors()
 
     def _transition(self, record: Record) -> None:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
@@ -256,6 +261,16 @@ class RunReview:
         for target, times in self._stopped.items():
             if target not in self._reached and times >= STOPS_BEFORE_WARNING:
                 self._wrong_size(target, *self._nearer[target])
+
+    def _doubt_motors(self) -> None:
+        """Doubt motors that nobody has measured; those of a simulated robot are as usual unless described otherwise."""
+        described = self._mission.robot.model_fields_set & WIRING_KEYS
+        if self._mission.calibration.motors is None and (self._truth is None or described):
+            self._hint(
+                "motors",
+                "The robot saw a target and reached none. If it turned or drove the wrong way, its motors are "
+                "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out.",
+            )
 
     def _lookalikes(self, target: str, truth: Truth) -> list[str]:
         """Return the names of the objects of the world that pass for a target."""

@@ -10,7 +10,7 @@ import pytest
 from behaviors.events import Event, Reason
 from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission, described_by, load_mission
-from behaviors.mission.robot import load_robot_file
+from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
 from sim_backend.simulation import Simulation
@@ -223,3 +223,27 @@ def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_
     [hint] = said
     assert "is the left wheel's motor on port B and the right one's on port C?" in hint
     assert "nxtdrive motor turn B 360 --nxt ADDRESS" in hint
+
+
+@pytest.mark.parametrize(
+    ("robot", "calibrated", "simulated", "asked"),
+    [
+        ({}, False, False, True),
+        ({}, True, False, False),  # its motors were measured
+        ({}, False, True, False),  # a simulated robot is wired as usual
+        ({"left_reversed": True}, False, True, True),
+    ],
+)
+def test_after_a_mission_that_saw_a_target_and_reached_none_the_motors_are_doubted(
+    mission_for, robot, calibrated, simulated, asked
+):
+    mission = mission_for("lena")
+    if calibrated:
+        measured = MeasuredTable(date="2026-05-03", method="marker sheet")
+        mission = mission.model_copy(update={"calibration": CalibrationTable(motors=measured)})
+    mission = mission.model_copy(update={"robot": RobotTable(**robot)})
+    review = RunReview(mission, Simulation("open").truth if simulated else None, lambda _: None)
+    sighting = {"bearing_deg": 3.0, "distance_mm": 900.0, "bound": False}
+    review(Record(10.0, RecordKind.LOOK, "search", "lena", {"sighting": sighting, "range_mm": None}))
+    review(Record(90.0, RecordKind.END, "finished", "lena", {"ending": "given_up", "targets": {}, "error": ""}))
+    assert any("`nxtdrive calibrate motors` finds out" in hint for hint in review.hints) == asked
