@@ -112,5 +112,7 @@ class _OpenCv:
 
 
 def _cannot(do: str, path: Path, runtime: str, error: Exception, remedy: str) -> ConfigError:
-    reason = " ".join(str(error).split())[-LONGEST_REASON:]
+    reason = " ".join(str(error).split())
+    if len(reason) > LONGEST_REASON:
+        reason = "... " + reason[-LONGEST_REASON:].partition(" ")[2]
     return ConfigError(f"{runtime} cannot {do} {path}: {reason or type(error).__name__}", remedy=remedy)

@@ -1,6 +1,7 @@
 """Models whose exporter has already chosen the places, or says in the metadata how to read them."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.tools.dev.onnx_models import BOX, LABELS, SCORE, constant_model, outputs_of
 from nxtdrive.vision.detectors.onnx import OnnxDetector
 from nxtdrive.vision.detectors.onnx_model import Options
+from nxtdrive.vision.detectors.onnx_runtimes import _cannot
 
 FRAME = np.full((240, 320, 3), 90, np.uint8)
 NAMES = str(dict(enumerate(LABELS)))
@@ -113,3 +115,10 @@ def test_a_data_set_in_yaml_is_no_file_of_labels(detector, tmp_path):
     (tmp_path / "data.yaml").write_text("path: cups\nnames:\n  0: bowl\n  1: cup\n  2: cat\n")
     with pytest.raises(ConfigError, match=r"data\.yaml is YAML.*one per line"):
         detector(outputs_of("yolo")["output0"], {}, labels=str(tmp_path / "data.yaml"))
+
+
+def test_a_long_reason_of_a_runtime_is_cut_between_words():
+    refusal = _cannot("load", Path("cup.onnx"), "OpenCV", RuntimeError("first " + "word " * 100 + "last"), "Try.")
+    assert str(refusal).startswith("OpenCV cannot load cup.onnx: ... word word")
+    assert str(refusal).endswith("word last Try.")
+    assert str(_cannot("run", Path("cup.onnx"), "OpenCV", RuntimeError("short"), "Try.")).count("...") == 0
