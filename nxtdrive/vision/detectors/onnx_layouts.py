@@ -170,9 +170,8 @@ def _alone(
         return None
     roles, (rows, columns) = {"all": name}, shape[-2:]
     cells = len(_cells(size)[1])
-    by_rows, by_columns = (
-        side - 4 - notes.oriented for side in (rows, columns)
-    )  # labels of ``yolo``, in rows or columns
+    box = 4 + notes.oriented  # centre, size and perhaps an angle
+    by_rows, by_columns = rows - box, columns - box  # labels of ``yolo``, if each has a row or a column
     in_rows = named == by_rows if named in (by_rows, by_columns) else columns > rows
     numbered = len(shape) == 2 and columns == 7
     more = wanted == "e2e" or notes.chosen  # beyond the sixth column are coefficients of a mask, keypoints, or an angle
