@@ -16,6 +16,9 @@ MAX_BYTES = MEGABYTE // 4
 SHOWN = 100
 """Characters of a line that a message shows at most."""
 
+LINE_LIMIT = 1000
+"""Characters of a line that are searched for a common mistake: some patterns take time by the square of its length."""
+
 REMEDY = "Correct it there."
 COMMON_MISTAKES = (
     (r"""^[^#]*["'][^"'#]*\\""", "In a path write / for each \\, or put it between single quotes."),
@@ -37,6 +40,8 @@ COMMON_MISTAKES = (
     (r"""=\s*\[?\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
 )
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
+
+TOO_LARGE = "it has a whole number of more than 64 bits"
 
 TWICE = re.compile(r"Cannot (?:declare|overwrite)")
 """Begins what tomllib says of a table or a key that is there a second time."""
@@ -70,7 +75,8 @@ def _line_of(error: ValueError, text: str) -> str:
     if twice:
         hint = "It is there twice: give one another name, or remove it."
     else:
-        hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)
+        begin = line[:LINE_LIMIT]
+        hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, begin)), REMEDY)
     return f": `{line[:SHOWN]}`. {hint}"
 
 
@@ -96,6 +102,10 @@ def parse_toml(text: str) -> dict[str, Any]:
         tables = tomllib.loads(text)
     except RecursionError:
         raise ValueError(f"nested more than {MAX_DEPTH} levels deep") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # Python reads no number of thousands of digits
+        raise ValueError(TOO_LARGE) from None
     if any(is_too_large(each) for each in leaves(tables)):
-        raise ValueError("it has a whole number of more than 64 bits")
+        raise ValueError(TOO_LARGE)
     return tables

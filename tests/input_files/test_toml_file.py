@@ -3,7 +3,7 @@
 import pytest
 
 from input_files.plain import InputFileError
-from input_files.toml_file import parse_toml, read_toml, toml_key, toml_string
+from input_files.toml_file import LINE_LIMIT, parse_toml, read_toml, toml_key, toml_string
 
 
 def _refusal(path, content):
@@ -73,6 +73,23 @@ def test_a_key_or_table_twice_at_the_end_of_the_file_is_named(tmp_path, end):
 def test_a_long_line_is_cut(tmp_path):
     said = _refusal(tmp_path / "cat.toml", b"a = b" + b"c" * 1000)
     assert len(said) < 300
+
+
+def test_only_the_beginning_of_a_long_line_is_searched_for_a_common_mistake(tmp_path):
+    spaces = b" " * 2 * LINE_LIMIT
+    assert "plain quotation marks" in _refusal(tmp_path / "cat.toml", "a = “cat”".encode() + spaces)
+    assert "Correct it there." in _refusal(tmp_path / "cat.toml", b"a =" + spaces + "“cat”".encode())
+
+
+@pytest.mark.parametrize("line", [b"a = " + b"=[" * 120_000, b"a = " + b" " * 240_000 + b"1 1"])
+def test_a_line_as_long_as_a_file_may_be_is_refused_at_once(tmp_path, line):
+    assert "Correct it there." in _refusal(tmp_path / "cat.toml", line)
+
+
+@pytest.mark.parametrize("digits", [19, 5000])
+def test_a_whole_number_of_more_than_64_bits_is_refused_in_words(tmp_path, digits):
+    said = _refusal(tmp_path / "cat.toml", b"rounds = " + b"9" * digits)
+    assert said.endswith("cat.toml is not TOML: it has a whole number of more than 64 bits. Correct it there.")
 
 
 def test_a_mistake_at_the_end_of_the_file_has_no_line(tmp_path):
