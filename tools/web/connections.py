@@ -37,6 +37,15 @@ class BoundedHTTP(H11Protocol):
             self.connections.discard(oldest)
             oldest.transport.abort()
 
+    def send_400_response(self, msg: str) -> None:
+        """Close after what is no request; if it is the body of one, that gets this answer or its own, not both."""
+        if self.cycle is not None and self.cycle.response_started:
+            self.transport.close()
+        else:
+            super().send_400_response(msg)
+        if self.cycle is not None:
+            self.cycle.disconnected = True
+
     @property
     def _answering(self) -> bool:
         return self.cycle is not None and not self.cycle.response_complete
@@ -48,6 +57,12 @@ class LiveWebSocket(WebSocketsSansIOProtocol):
     def keepalive_timeout(self) -> None:
         """Close at once: uvicorn itself would wait until the client has read everything."""
         self.transport.abort()
+
+    def handle_parser_exception(self) -> None:
+        """Close after a break of the protocol; the client has left, and need not read what was sent to it before."""
+        super().handle_parser_exception()
+        self.disconnected = True
+        self.loop.call_later(PONG_S, self.transport.abort)
 
 
 def without_traceback(record: logging.LogRecord) -> bool:

@@ -13,7 +13,10 @@ from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
+from starlette.applications import Starlette
+from starlette.routing import WebSocketRoute
 from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.sync.client import connect
@@ -123,6 +126,49 @@ def test_writes_to_a_client_that_vanished_are_not_logged(tmp_path, caplog, trans
     else:
         logging.getLogger("asyncio").warning("a slow callback")
     assert [record.message for record in caplog.records] == ([] if transport else ["a slow callback"])
+
+
+@pytest.mark.parametrize("answered_first", [False, True])
+def test_a_request_whose_body_breaks_the_protocol_is_not_a_failure(tmp_path, capsys, caplog, answered_first):
+    with socket.create_server(("127.0.0.1", 0)) as listener, serving(_server(tmp_path), listener):
+        head = b"GET / HTTP/1.1\r\nHost: another.site\r\nTransfer-Encoding: chunked\r\n\r\n"
+        with closing(socket.create_connection(listener.getsockname())) as client:
+            if answered_first:
+                client.sendall(head)
+                assert client.recv(12) == b"HTTP/1.1 403"
+                head = b""
+            client.sendall(head + b"no length\r\n")
+            while client.recv(4096):
+                pass
+    assert "Traceback" not in capsys.readouterr().err
+    assert not [record.message for record in caplog.records if record.exc_info]
+
+
+def test_a_page_that_breaks_the_protocol_counts_as_gone_at_once(tmp_path):
+    late: list[BaseException] = []
+
+    async def serve(page: WebSocket) -> None:
+        await page.accept()
+        assert (await page.receive())["type"] == "websocket.disconnect"
+        try:
+            await page.send_text("too late")
+        except BaseException as error:  # noqa: BLE001 - its type is the test
+            late.append(error)
+
+    http = http_server(Starlette(routes=[WebSocketRoute("/ws", serve)]))
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = threading.Thread(target=http.run, args=([listener],))
+        server.start()
+        port = listener.getsockname()[1]
+        with closing(socket.create_connection(("127.0.0.1", port))) as client:
+            client.sendall(HANDSHAKE.format(port=port).encode())
+            assert client.recv(4096).startswith(b"HTTP/1.1 101")
+            client.sendall(b"\x83\x80\0\0\0\0")  # a kind of frame that does not exist
+            while client.recv(4096):
+                pass
+        http.should_exit = True
+        server.join()
+    assert [type(error) for error in late] == [WebSocketDisconnect]
 
 
 def _stalled_page(port: int) -> socket.socket:
