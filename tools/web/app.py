@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib import resources
 from itertools import count
+from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -19,13 +20,15 @@ import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from behaviors.profile_names import named_profiles
 from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES
+from input_files.plain import InputFileError, read_bytes
 from nxtdrive.signals import handling
 
 from ..calibrate.sheet import sheet_bytes
@@ -161,10 +164,13 @@ class Server:
             return PlainTextResponse(f"{error}\n", 422)
 
     def _run_file(self, request: Request) -> Response:
+        file = request.path_params["file"]
         try:
-            return FileResponse(self.runs.file(request.path_params["name"], request.path_params["file"]))
-        except KeyError:
+            # read as a whole: the journal of a run that is under way grows while it is sent
+            content = read_bytes(self.runs.file(request.path_params["name"], file), MAX_BYTES)
+        except (KeyError, InputFileError):
             return PlainTextResponse("There is no such file.\n", 404)
+        return Response(content, media_type=guess_type(file)[0] or "application/octet-stream")
 
     async def _connect(self, page: WebSocket) -> None:
         await serve_page(

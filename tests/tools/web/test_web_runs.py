@@ -167,3 +167,32 @@ def test_an_unknown_run_is_a_key_error_and_a_damaged_one_a_config_error(folder):
         Runs(folder).replay("x-001")
     with pytest.raises(KeyError):
         Runs(folder).replay("y-001")
+
+
+@pytest.mark.parametrize("change", ["grown", "cut", "gone"])
+def test_a_file_that_changes_between_the_question_for_its_size_and_its_reading_is_sent_as_it_is_then(
+    folder, monkeypatch, change
+):
+    journal = _run(folder, "x-001") / "journal.jsonl"
+    content, stat = journal.read_bytes(), os.stat
+
+    def changing(path, *args, **keys):
+        if os.fspath(path) != str(journal):
+            return stat(path, *args, **keys)
+        journal.write_bytes(content)
+        found = stat(path, *args, **keys)
+        if change == "gone":
+            journal.unlink()
+        else:
+            journal.write_bytes(2 * content if change == "grown" else b"")
+        return found
+
+    client = _client(folder)
+    with monkeypatch.context() as during:
+        during.setattr(os, "stat", changing)
+        answer = client.get("/runs/x-001/journal.jsonl")
+    if change == "gone":
+        assert answer.status_code == 404
+    else:
+        assert answer.status_code == 200
+        assert len(answer.content) == int(answer.headers["content-length"])
