@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
-from typing import Any, ClassVar, cast
+from typing import Annotated, Any, ClassVar, cast
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from behaviors.events import Reason
 from behaviors.failures import Blocker
@@ -15,6 +15,9 @@ from behaviors.journal import plain
 from behaviors.ports import Point
 from behaviors.return_types import WrongReturn, checked, place
 from input_files.pydantic_words import first_mistake
+
+Chance = Annotated[float, Field(ge=0, le=1)]
+"""A probability; a journal's is checked when it is read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +46,7 @@ class Viewpoint:
 
     travel_s: float
     scan_s: float
-    chance: float
+    chance: Chance
     route: tuple[Point, ...] = ()
 
     @property
@@ -66,7 +69,7 @@ class AlternativeTarget:
     target: str
     travel_s: float
     age_s: float
-    chance: float = 1.0
+    chance: Chance = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size
 NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
 POINTS = st.tuples(NUMBERS, NUMBERS)
 ROUTES = st.lists(POINTS, max_size=3).map(tuple)
-VIEWPOINTS = st.builds(Viewpoint, NUMBERS, NUMBERS, st.sampled_from([0.0, 0.25, 1.0]), ROUTES)
+CHANCES = st.sampled_from([0.0, 0.25, 1.0])
+VIEWPOINTS = st.builds(Viewpoint, NUMBERS, NUMBERS, CHANCES, ROUTES)
 EVIDENCE = st.builds(
     Evidence,
     target=st.just("lena"),
@@ -36,7 +37,7 @@ EVIDENCE = st.builds(
     here=st.none() | VIEWPOINTS,
     viewpoints=st.lists(VIEWPOINTS, max_size=2).map(tuple),
     others=st.lists(
-        st.builds(AlternativeTarget, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, NUMBERS), max_size=2
+        st.builds(AlternativeTarget, st.sampled_from(["fox", "box"]), NUMBERS, NUMBERS, CHANCES), max_size=2
     ).map(tuple),
     repeats=st.dictionaries(st.sampled_from(list(RECOVERIES)), st.integers(1, 9)),
 )

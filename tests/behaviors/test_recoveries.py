@@ -63,6 +63,20 @@ def test_evidence_with_a_number_that_is_not_finite_is_none(number, place):
         evidence_from("lena", {"reason": "target_lost", "seen_since_search": True, "researches": 1, **place(number)})
 
 
+@pytest.mark.parametrize("chance", [-0.001, 1.001, -7e18])
+@pytest.mark.parametrize(
+    "place",
+    [
+        lambda chance: {"here": {"travel_s": 1, "scan_s": 2, "chance": chance}},
+        lambda chance: {"viewpoints": [{"travel_s": 1, "scan_s": 2, "chance": chance}]},
+        lambda chance: {"others": [{"target": "rilakkuma", "travel_s": 1, "age_s": 2, "chance": chance}]},
+    ],
+)
+def test_evidence_with_a_chance_that_is_none_is_none(chance, place):
+    with pytest.raises(ValueError, match=r"equal to [01]"):
+        evidence_from("lena", {"reason": "target_lost", "seen_since_search": True, "researches": 1, **place(chance)})
+
+
 @pytest.mark.parametrize("recovery", RECOVERIES.values(), ids=RECOVERIES)
 def test_every_recovery_has_one_transition_into_each_of_its_states(recovery):
     found = [arrow for arrow in arrows() if arrow.source == "select" and recovery_in(arrow.target) is recovery]

@@ -25,6 +25,7 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
+from behaviors.mission import MissionError
 from behaviors.profile_names import named_profiles
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES
@@ -160,7 +161,7 @@ class Server:
             return as_json(self.runs.replay(request.path_params["name"]))
         except KeyError:
             return PlainTextResponse("There is no such run.\n", 404)
-        except ConfigError as error:
+        except (ConfigError, MissionError) as error:  # the latter of what the run's profile is or returns
             return PlainTextResponse(f"{error}\n", 422)
 
     def _run_file(self, request: Request) -> Response:

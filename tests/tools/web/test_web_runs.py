@@ -9,8 +9,9 @@ import pytest
 from starlette.testclient import TestClient
 
 from behaviors.journal import Record, RecordKind
+from behaviors.profiles import registry
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.files import read_mission_file
+from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
@@ -167,6 +168,36 @@ def test_an_unknown_run_is_a_key_error_and_a_damaged_one_a_config_error(folder):
         Runs(folder).replay("x-001")
     with pytest.raises(KeyError):
         Runs(folder).replay("y-001")
+
+
+WRONG = """
+from behaviors.profiles.adaptive import AdaptiveProfile
+
+class Wrong(AdaptiveProfile):
+    @classmethod
+    def own_policy(cls, mission): return Policy()
+
+class Policy:
+    def select(self, evidence): return None
+    def candidates(self, evidence): return None
+"""
+
+
+def test_the_replay_of_a_run_whose_profile_returns_something_else_says_so(folder, monkeypatch):
+    path = _run(folder, "x-001")
+    (folder / "wrong.py").write_text(WRONG, encoding="utf-8")
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setattr(registry, "external_profiles", {})
+    mission = with_profile(read_mission_file(None), "wrong:Wrong")
+    (path / "mission.json").write_text(mission.model_dump_json(), encoding="utf-8")
+    here = {"travel_s": 0.0, "scan_s": 8.0, "chance": 0.5}
+    evidence = {"reason": "never_seen", "seen_since_search": False, "researches": 1, "here": here}
+    choice = Record(5.0, RecordKind.CHOICE, "select", "lena", {"choice": "wait", "why": "", "evidence": evidence})
+    with (path / "journal.jsonl").open("a", encoding="utf-8") as journal:
+        journal.write(choice.to_json())
+    answer = _client(folder).get("/api/runs/x-001")
+    assert answer.status_code == 422
+    assert "candidates() of wrong:Policy" in answer.text
 
 
 @pytest.mark.parametrize("change", ["grown", "cut", "gone"])
