@@ -39,7 +39,7 @@ WORDS = {
     "model_attributes_type": "must be a table",
     "dict_type": "must be a table",
     "too_short": "must not be empty",
-    "too_long": "must have {max_length} entries",
+    "too_long": "must have at most {max_length} entries",
     "literal_error": "must be {expected}",
     "date_type": "must be a date, as 2026-01-31",
     "date_parsing": "must be a date, as 2026-01-31",

@@ -9,7 +9,7 @@ import os
 import shlex
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from behaviors.mission.cross_checks import cross_checks
 from behaviors.mission.mistakes import mistake_count, mistakes
 from behaviors.mission.robot import ROBOT_VARIABLE, RobotFile, RobotFileError, RobotTable, load_robot_file, with_robot
 from behaviors.mission.tables import Mission
-from behaviors.mission.targets import Target
+from behaviors.mission.targets import MAX_PICTURES, MAX_TARGETS, Target
 from input_files.json_text import parse_object
 from input_files.mistakes import MistakesError, excerpt, listed
 from input_files.plain import MEGABYTE, PICTURE_SUFFIXES, InputFileError, at_home, missing_file, read_text
@@ -124,9 +124,8 @@ def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str,
     except MissionError:
         return {}
     folders = [path.resolve().parent, *picture_folders]
-    targets = table.get("target")
     valid: dict[str, Target] = {}
-    for name, target in targets.items() if isinstance(targets, dict) else ():
+    for name, target in _targets(table):
         if isinstance(target, dict) and not list(_resolve_files({"target": {name: target}}, folders)):
             with suppress(ValidationError):
                 valid[name] = _target_without_mistakes(target)
@@ -152,15 +151,20 @@ def _read(path: Path) -> dict[str, Any]:
         raise MissionError(str(error)) from None
 
 
+def _targets(table: dict[str, Any]) -> Iterable[tuple[str, Any]]:
+    """Return the targets by name, as many as a mission may have."""
+    targets = table.get("target")
+    return islice(targets.items(), MAX_TARGETS) if isinstance(targets, dict) else ()
+
+
 def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[str]:
     """Make the paths of pictures, models and lists of labels absolute in place; yields what is wrong with them."""
-    targets = table.get("target")
-    for name, target in targets.items() if isinstance(targets, dict) else ():
+    for name, target in _targets(table):
         if not isinstance(target, dict):
             continue
         pictures = target.get("pictures")
         pictures = pictures if isinstance(pictures, list) else []
-        for i, picture in enumerate(pictures):
+        for i, picture in enumerate(pictures[:MAX_PICTURES]):
             if not isinstance(picture, str):
                 continue
             found = [folder / picture for folder in folders if os.path.isfile(folder / picture)]

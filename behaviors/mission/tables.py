@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from behaviors.mission.robot import CalibrationTable, CameraTable, ColorName, ColorTable, RobotTable, Table
-from behaviors.mission.targets import OnnxTarget, Target
+from behaviors.mission.targets import MAX_TARGETS, OnnxTarget, Target
 from behaviors.plausibility import TOLERANCE_MM
 from behaviors.profile_names import ADAPTIVE, THESIS, profile_in_mission
 
@@ -139,7 +139,7 @@ class Mission(Table):
     """
 
     mission: MissionTable
-    target: dict[str, Target]
+    target: dict[str, Target] = Field(max_length=MAX_TARGETS)
     thesis: ThesisParameters = ThesisParameters()
     adaptive: AdaptiveParameters = AdaptiveParameters()
     robot: RobotTable = RobotTable()

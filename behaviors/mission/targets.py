@@ -12,6 +12,8 @@ from behaviors.mission.usual_heights import default_height_mm
 
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""
+MAX_TARGETS, MAX_PICTURES = 30, 20
+"""Targets of a mission, and pictures of a target: the detectors of all of them take a second or two gigabytes."""
 Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
 MarkerFamily = Literal["aruco_4x4_50", "apriltag_36h11"]
 OnnxLayout = Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"]
@@ -36,11 +38,11 @@ class PictureTarget(_Target):
     """Something flat of which there are photographs.
 
     Attributes:
-        pictures: Image files, beside the mission file or among the built-in ones.
+        pictures: Image files, beside the mission file or among the built-in ones; 20 at most.
     """
 
     detector: Literal["picture"]
-    pictures: list[str] = Field(min_length=1)
+    pictures: list[str] = Field(min_length=1, max_length=MAX_PICTURES)
 
 
 class HaarTarget(_Target):

@@ -517,7 +517,7 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
             "boxes: write each entry as a table of its own, with two brackets: [[boxes]]",
         ),
         (ROOM.replace("[400, 1000]", "400"), "robot.start_mm: must be a list in brackets, as in [1200, 800], not 400"),
-        (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have 2 entries, not [4, 5, 6]"),
+        (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have at most 2 entries, not [4, 5, 6]"),
         (ROOM.replace("[400, 1000]", "[400]"), "robot.start_mm[1]: is missing"),
         (
             "[robot]\nstart_mm = [200, 200]\n",

@@ -7,6 +7,7 @@ import pytest
 
 from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import BUILT_IN, AdaptiveParameters, MissionError, ThesisParameters, load_mission
+from behaviors.mission.targets import MAX_PICTURES, MAX_TARGETS
 from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.templates.mission import meanings, template
 from nxtdrive.tools.web.missions import Missions
@@ -57,6 +58,30 @@ def test_pictures_and_cascades_are_tried(tmp_path, capsys):
     face, cat = json.loads(capsys.readouterr().out)[0]["mistakes"]
     assert face.startswith("target.face: there is no cascade 'nobody'")
     assert cat.startswith("target.cat: ")
+
+
+RED = '[target.t{}]\ndetector = "color"\ncolor = "red"\n'
+GONE = '[target.t{}]\ndetector = "picture"\npictures = ["gone.png"]\n'
+
+
+@pytest.mark.parametrize(("target", "mistakes"), [(RED, 1), (GONE, 1 + MAX_TARGETS)])
+def test_a_mission_with_more_targets_than_fit_in_memory_is_refused(tmp_path, capsys, target, mistakes):
+    path = tmp_path / "many.toml"
+    path.write_text('[mission]\ntargets = ["t0"]\n' + "".join(map(target.format, range(2 * MAX_TARGETS))))
+    assert main(["mission", "check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert f"many.toml: {mistakes} mistake" in said
+    assert f"target: must have at most {MAX_TARGETS} entries" in said
+
+
+@pytest.mark.parametrize("picture", ["lena.png", "gone.png"])
+def test_a_target_with_more_pictures_than_fit_in_memory_is_refused(tmp_path, capsys, picture):
+    path, pictures = tmp_path / "many.toml", [picture] * 2 * MAX_PICTURES
+    path.write_text(f'[mission]\ntargets = ["t"]\n[target.t]\ndetector = "picture"\npictures = {pictures}\n')
+    assert main(["mission", "check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert f"many.toml: {1 if picture == 'lena.png' else 1 + MAX_PICTURES} mistake" in said
+    assert f"target.t.pictures: must have at most {MAX_PICTURES} entries" in said
 
 
 def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, capsys):
