@@ -22,7 +22,7 @@ ROBOT_FILE = Path("robot.toml")
 
 def own_room(mission: Path) -> Path:
     """Return where `nxtdrive mission new` writes the simulated room of a mission."""
-    return mission.with_name(f"{mission.stem}-world.toml")
+    return mission.parent / f"{mission.stem}-world.toml"
 
 
 def in_own_room(address: Address, mission: Path | None) -> Address:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -58,15 +59,26 @@ def draft(path: Path, content: bytes) -> Iterator[Path]:
         beside.unlink(missing_ok=True)
 
 
+def check_replaceable(path: Path) -> None:
+    """Refuse to replace what is there if it is a device or a pipe, which would be lost, or a folder.
+
+    Raises:
+        OSError: It is.
+    """
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+
+
 def replace_file(path: Path, content: bytes) -> None:
     """Write a file as a whole, in place of one that exists, which an error or a signal leaves as it is.
 
     A symbolic link stays; the file that it leads to is replaced.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: It cannot be written, or is not a regular file.
     """
-    path = path.resolve()
+    path = Path(os.path.realpath(path))  # `Path.resolve` raises no OSError for links that lead to each other
+    check_replaceable(path)
     with draft(path, content) as beside:
         beside.replace(path)
 

@@ -13,6 +13,7 @@ import cv2
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.output_file import check_replaceable
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.opencv import opencv_name
 
@@ -24,6 +25,7 @@ count."""
 _MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
 """The document type of a Matroska file and, of the same length, of a WebM file. Source: RFC 8794 and RFC 9559."""
 _HEAD_BYTES = 64
+ELSEWHERE = "Choose a file in another folder."
 
 
 def slot_of(time_s: float, fps: float) -> int:
@@ -41,7 +43,7 @@ class VideoRecorder:
 
     def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:
         self._path = path
-        self._part = path.with_name(f"{path.name}.mkv")
+        self._part = Path(f"{path}.mkv")
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
         self._begun = False
@@ -94,6 +96,12 @@ class VideoRecorder:
             self._begun = False
 
     def _open(self, image: Image) -> None:
+        try:
+            check_replaceable(self._path)
+        except OSError as error:
+            raise ConfigError(
+                f"{self._path}: the video cannot be written ({error.strerror}).", remedy=ELSEWHERE
+            ) from None
         opencv_name(self._path, ConfigError)  # the name of its part differs from it only at the end
         height, width = image.shape[:2]
         self._begun = True  # Ctrl-C may come between the file and the writer
@@ -101,7 +109,7 @@ class VideoRecorder:
             self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             self.abandon()  # else `close` would report another error than this one
-            raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Choose a file in another folder.")
+            raise ConfigError(f"{self._path}: the video cannot be written.", remedy=ELSEWHERE)
 
     def _write(self, times: int) -> None:
         if self._writer is not None and self._shown is not None:

@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
             continue
         file = path / JOURNAL if path.is_dir() else path
         whole = file.parent if file.name == JOURNAL else file
-        source = {"name": whole.resolve().name, "sha256": _digest(file)}
+        source = {"name": os.path.basename(os.path.realpath(whole)), "sha256": _digest(file)}
         if _counted(path, [source], sources):
             continue
         if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:

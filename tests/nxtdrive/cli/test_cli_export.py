@@ -1,6 +1,8 @@
 """``nxtdrive export`` to standard output; tests of the formats are in tests/nxtdrive/recording and tests/tools/web."""
 
+import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,3 +78,21 @@ def test_a_terminal_gets_a_text_escaped(run, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "start,idle" in out
     assert "\x1b" not in out
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
+@pytest.mark.parametrize("option", ["--mcap", "--webm"])
+def test_a_pipe_or_device_is_not_replaced(run, capsys, option):
+    os.mkfifo("pipe")
+    assert main(["export", str(run), option, "pipe"]) == USAGE
+    assert "it is not a regular file" in capsys.readouterr().err
+    assert Path("pipe").is_fifo()
+    assert os.listdir() == ["pipe"]
+
+
+@pytest.mark.parametrize("option", ["--html", "--csv", "--mcap", "--webm"])
+@pytest.mark.parametrize("name", [".", os.sep])
+def test_a_folder_is_not_replaced(run, capsys, option, name):
+    assert main(["export", str(run), option, name]) == USAGE
+    assert "cannot be written" in capsys.readouterr().err
+    assert os.listdir() == []

@@ -21,6 +21,7 @@ from nxtdrive.tools.web.missions import Missions
         (["--classroom", "2", "--nxt", "usb://"], "for one robot"),
         (["--classroom", "2", "--robot", "nosuch.toml"], "nosuch.toml"),
         (["--mission", "nosuch.toml"], "nosuch.toml"),
+        (["--mission", ""], "is a folder"),
         (["--folder", "nosuch"], "there is no folder nosuch"),
         (["--out", f"{__file__}/runs"], "cannot keep the run there"),
         (["--classroom", "2", "--out", __file__], "cannot keep the run there"),

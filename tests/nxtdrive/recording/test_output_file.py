@@ -1,5 +1,7 @@
 """Files that are written as a whole or not at all."""
 
+import os
+
 import pytest
 
 from nxtdrive.recording.output_file import draft, replace_file
@@ -30,6 +32,18 @@ def test_a_link_to_a_file_that_is_replaced_stays(tmp_path):
     replace_file(link, b"new")
     assert link.is_symlink()
     assert path.read_text() == "new"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
+def test_what_is_no_regular_file_is_not_replaced(tmp_path):
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        with pytest.raises(OSError, match="not a regular file"):
+            replace_file(path, b"new")
+    assert pipe.is_fifo()
+    assert sorted(tmp_path.iterdir()) == [link, pipe]
 
 
 def test_a_file_that_cannot_be_replaced_is_left_as_it_is(tmp_path):
