@@ -31,8 +31,9 @@ from nxtdrive.transports.base import Transport, drain
 R = TypeVar("R", bound=Reply)
 
 AWAKE, PROBE = "awake", "probe"
-LONGEST_SILENCE_S = 60.0
-"""Interval of keep-alive telegrams to a brick that is set never to switch itself off, or only after minutes."""
+SHORTEST_SILENCE_S, LONGEST_SILENCE_S = 1.0, 60.0
+"""Intervals of keep-alive telegrams: the latter to a brick that is set never to switch itself off, or only after
+minutes; a sleep timer that would need more of them than the former is an error of the brick, which counts minutes."""
 SLICE_S = 0.1
 """A waiting program checks this often whether another thread has noticed a loss of the link."""
 
@@ -178,7 +179,7 @@ class Link:
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off while the link is open."""
         sleep_ms = self.request(KeepAlive()).sleep_ms
-        interval_s = min(LONGEST_SILENCE_S, sleep_ms / 3000) if sleep_ms else LONGEST_SILENCE_S
+        interval_s = max(SHORTEST_SILENCE_S, min(LONGEST_SILENCE_S, sleep_ms / 3000)) if sleep_ms else LONGEST_SILENCE_S
         self.repeat(AWAKE, KeepAlive(), interval_s)
 
     @property

@@ -11,7 +11,8 @@ from firmware_protocol.errors import BrickError, LinkLost, LinkTimeout, LocalPro
 from firmware_protocol.status import Status
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
-from sim_backend.simulation import LinkFaults
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import LinkFaults, Simulation
 
 FOR_EVER_MS = 10**9
 
@@ -96,6 +97,30 @@ def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
         room.simulation.advance(10_000)
         assert room.brick.battery_v
     assert not room.simulation.brick.powered_off
+
+
+class Sleepless(SimTransport):
+    """Reports a sleep timer of a millisecond, and counts what is sent."""
+
+    sent = 0
+
+    def send(self, telegram):
+        self.sent += 1
+        super().send(telegram)
+
+    def receive(self, timeout_s):
+        reply = super().receive(timeout_s)
+        is_timer = reply is not None and reply.startswith(b"\x02\x0d\x00")
+        return reply[:3] + (1).to_bytes(4, "little") if is_timer else reply
+
+
+def test_a_sleep_timer_that_no_brick_can_have_does_not_fill_the_link_with_keep_alives():
+    transport = Sleepless(Simulation("open"))
+    with Brick(transport) as brick:
+        brick.link.keep_alive()
+        before = transport.sent
+        brick.sleep(10)
+        assert transport.sent - before <= 10
 
 
 @pytest.mark.parametrize("error", [None, RuntimeError, KeyboardInterrupt])
