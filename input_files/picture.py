@@ -19,6 +19,8 @@ from input_files.plain import MEGABYTE, InputFileError, read_bytes, refuse_empty
 MAX_BYTES = 64 * MEGABYTE
 MAX_PIXELS = 64_000_000
 """Decoding takes 3 bytes for each."""
+MAX_SIDE = 16_000
+"""Longest side of a picture: OpenCV transforms no image with one of 32,767, and some are enlarged."""
 KEPT_PIXELS = 16_000_000
 """A picture with more is reduced; detectors need far fewer."""
 FORMATS = ("PNG", "JPEG", "BMP", "WEBP", "TIFF", "PPM")
@@ -31,7 +33,8 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     """Read a picture as BGR; one of more than 16 million pixels is reduced, and what is transparent becomes white.
 
     Raises:
-        InputFileError: The file cannot be read, is empty, is not a picture, or has more than 64 million pixels.
+        InputFileError: The file cannot be read, is empty, is not a picture of 8 or 16 bits, or has more than 64 million
+            pixels or a side of more than 16,000.
     """
     data = read_bytes(path, MAX_BYTES)
     refuse_empty(path, len(data))
@@ -41,12 +44,16 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         raise InputFileError(
             f"{path} has {width}x{height} pixels; {MAX_PIXELS / 1e6:.0f} million are the limit. Make it smaller."
         )
+    if max(width, height) > MAX_SIDE:
+        raise InputFileError(
+            f"{path} has {width}x{height} pixels; {MAX_SIDE} are the limit for a side. Make it smaller, or cut it."
+        )
     factor = next(each for each in REDUCED if each == max(REDUCED) or pixels <= KEPT_PIXELS * each**2)
     try:
         image = _on_paper(data, factor) if transparent else cv2.imdecode(np.frombuffer(data, np.uint8), REDUCED[factor])
     except (cv2.error, OSError, SyntaxError, ValueError):  # as OpenCV and Pillow report damage
         image = None
-    if image is None:
+    if image is None or image.dtype != np.uint8 or image.ndim != 3:  # the latter are floating-point numbers
         raise InputFileError(f"{path} is damaged or incomplete. Copy it again, or save it again as PNG or JPEG.")
     if factor > 1:
         log.info("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from input_files.picture import KEPT_PIXELS, read_picture
+from input_files.picture import KEPT_PIXELS, MAX_SIDE, read_picture
 from input_files.plain import InputFileError
 
 
@@ -23,6 +23,22 @@ def test_a_picture_with_too_many_pixels_is_refused_by_its_header(tmp_path, size)
     path = tmp_path / "large.png"
     path.write_bytes(_png_of(*size) + bytes(100))
     with pytest.raises(InputFileError, match=r"large\.png (has|is)"):
+        read_picture(path)
+
+
+@pytest.mark.parametrize("size", [(MAX_SIDE + 1, 40), (40, MAX_SIDE + 1)])
+def test_a_picture_with_a_side_that_is_too_long_for_opencv_is_refused(tmp_path, size):
+    path = tmp_path / "long.png"
+    cv2.imwrite(str(path), np.zeros((size[1], size[0], 3), np.uint8))
+    with pytest.raises(InputFileError, match=rf"long\.png has {size[0]}x{size[1]} pixels; {MAX_SIDE} are the limit"):
+        read_picture(path)
+
+
+@pytest.mark.parametrize("kind", ["Pf", "PF"])
+def test_a_picture_of_floating_point_numbers_is_refused(tmp_path, kind):
+    path = tmp_path / "picture.ppm"
+    path.write_bytes(f"{kind}\n50 50\n-1.0\n".encode() + bytes(4 * 50 * 50 * (3 if kind == "PF" else 1)))
+    with pytest.raises(InputFileError, match="PNG or JPEG"):
         read_picture(path)
 
 

@@ -54,7 +54,7 @@ class Keypoints:
 def keypoints(image: Image) -> Keypoints:
     """Compute the keypoints of a BGR frame."""
     scale = max(1.0, image.shape[1] / WORK_WIDTH)
-    size = (round(image.shape[1] / scale), round(image.shape[0] / scale))
+    size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
     gray = cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
     points, descriptors = _sift(gray)
     return Keypoints(points, descriptors, scale)

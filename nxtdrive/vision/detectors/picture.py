@@ -16,6 +16,8 @@ from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.sources import read_image
 
 SMALLEST_PX = 40
+MAX_RATIO = 20
+"""Of a picture's longer side to its shorter one: a slimmer one makes copies that OpenCV cannot transform."""
 
 
 class PictureDetector:
@@ -73,12 +75,17 @@ def _read(path: Path) -> Image:
 
 
 def check_picture(picture: Image, name: str = "the picture") -> None:
-    """Raise a ConfigError that begins with the name if a picture is too small to be searched for, or of one colour."""
+    """Raise a ConfigError that begins with the name if a picture is too small or slim to be found, or of one colour."""
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:
         raise ConfigError(
             f"{name} is only {width}x{height} pixels.",
             remedy=f"Use one of at least {SMALLEST_PX} pixels each way.",
+        )
+    if max(height, width) > MAX_RATIO * min(height, width):
+        raise ConfigError(
+            f"{name} is {width}x{height} pixels, too slim to be found.",
+            remedy=f"Cut a part from it, at most {MAX_RATIO} times as long as it is wide.",
         )
     if float(cv2.meanStdDev(picture)[1].max()) < 1.0:
         raise ConfigError(f"{name} is of a single colour.", remedy="Use the color detector for this target.")

@@ -10,7 +10,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.color import ColorDetector
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher
 from nxtdrive.vision.detectors.frame_pyramid import pyramid
-from nxtdrive.vision.detectors.picture import PictureDetector
+from nxtdrive.vision.detectors.picture import MAX_RATIO, PictureDetector
 from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
@@ -230,6 +230,11 @@ def test_it_finds_nothing_in_frames_without_content(detector):
         assert detector.detect(frame) == []
 
 
+@pytest.mark.parametrize("shape", [(1, 16_000), (16_000, 1), (1, 1), (2, 700)])
+def test_it_finds_nothing_in_frames_of_any_shape(detector, shape):
+    assert detector.detect(np.random.default_rng(0).integers(0, 256, (*shape, 3), np.uint8)) == []
+
+
 def test_a_grey_copy_of_the_picture_is_another_picture(detector, make_scene, astronaut, distractors):
     grey = cv2.cvtColor(cv2.cvtColor(astronaut, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
     red = (grey * np.array((0.2, 0.3, 1.0))).astype(np.uint8)
@@ -267,6 +272,9 @@ def test_useless_pictures_are_refused():
         PictureDetector([])
     with pytest.raises(ConfigError, match=r"30x20 pixels"):
         PictureDetector([np.zeros((20, 30, 3), np.uint8)])
+    for shape in ((MAX_RATIO * 40 + 1, 40), (40, MAX_RATIO * 40 + 1)):
+        with pytest.raises(ConfigError, match=r"too slim"):
+            PictureDetector([np.random.default_rng(0).integers(0, 256, (*shape, 3), np.uint8)])
     with pytest.raises(ConfigError, match=r"single colour"):
         PictureDetector([np.full((200, 100, 3), 7, np.uint8)])
 
