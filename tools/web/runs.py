@@ -111,7 +111,7 @@ class Runs:
 
     def _grows(self, path: Path) -> bool:
         """Return whether a program still writes a run."""
-        is_recent = self._now() - changed_s(path / JOURNAL) < ACTIVE_RUN_S
+        is_recent = abs(self._now() - changed_s(path / JOURNAL)) < ACTIVE_RUN_S
         return is_recent and not os.path.lexists(path / SUMMARY)
 
 
