@@ -7,7 +7,8 @@ from typing import Any
 
 from mcp.server.mcpserver import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
-from mcp.types import Tool
+from mcp.shared.exceptions import MCPError
+from mcp.types import INVALID_PARAMS, Tool
 from pydantic import ValidationError
 
 from input_files.pydantic_words import words
@@ -47,6 +48,14 @@ class StrictServer(MCPServer[Any]):
             first = wrong.errors()[0]
             said = words(first["type"], first.get("ctx", {}), first["msg"], first["input"])
             raise ToolError(f"{first['loc'][0]} {said}: {usage(name, tool.input_schema)}") from None
+
+    async def get_prompt(self, name: str, arguments: object = None, context: object = None) -> Any:  # noqa: ANN401, ARG002 - mcp's
+        """Refuse a prompt; for one that does not exist the library itself would log a traceback.
+
+        Raises:
+            MCPError: There are no prompts.
+        """
+        raise MCPError(INVALID_PARAMS, f"there is no prompt {name!r}. This server has tools.")
 
 
 def usage(name: str, schema: Mapping[str, Any]) -> str:

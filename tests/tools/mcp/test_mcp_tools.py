@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import pytest
 from mcp.client.client import Client
+from mcp.shared.exceptions import MCPError
 
 from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.mission.files import read_mission_file
@@ -147,6 +148,16 @@ def test_arguments_that_a_tool_does_not_have_are_refused_and_move_nothing(fast, 
         assert (await call("range"))["pose"] == before["pose"]
 
     _converse(fast, talk)
+
+
+def test_a_prompt_is_refused_without_a_traceback(quick, caplog):
+    async def ask() -> None:
+        async with Client(make_server(quick)) as client:
+            with pytest.raises(MCPError, match="there is no prompt 'x'"):
+                await client.get_prompt("x")
+
+    anyio.run(ask)
+    assert not [record.message for record in caplog.records if record.exc_info]
 
 
 @pytest.mark.parametrize(
