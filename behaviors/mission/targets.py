@@ -13,7 +13,7 @@ from behaviors.mission.usual_heights import default_height_mm
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""
 MAX_TARGETS, MAX_PICTURES = 30, 20
-"""Targets of a mission, and pictures of a target: the detectors of all of them take a second or two gigabytes."""
+"""Targets of a mission, and pictures of a target. One of 500x500 pixels takes 0.6 MB and 22 ms, so all take 13 s."""
 Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
 MarkerFamily = Literal["aruco_4x4_50", "apriltag_36h11"]
 OnnxLayout = Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"]
