@@ -12,7 +12,7 @@ from behaviors.profile_names import offered_profile
 from firmware_protocol.errors import ConfigError
 from input_files.mistakes import excerpt
 from input_files.plain import InputFileError, read_bytes, read_text
-from input_files.toml_file import MAX_BYTES
+from input_files.toml_file import MAX_BYTES, parse_toml
 from nxtdrive.mission.checking import Findings, check_mission
 from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.output_file import draft
@@ -119,7 +119,8 @@ class Missions:
 
         Raises:
             Conflict: The file has changed or is gone, or a new one exists already.
-            ValueError: The name is not that of a mission file, or the file is larger than a mission's.
+            ValueError: The name is not that of a mission file, the file is larger than a mission's, or the text names a
+                class as its profile that the file did not: to start the mission would run that class's module.
             OSError: It cannot be written.
         """
         if not NAME.fullmatch(name) or is_device(name) or len(name.encode()) > LONGEST_NAME:
@@ -129,9 +130,15 @@ class Missions:
             )
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
-            if (_version(read_bytes(path, MAX_BYTES)) if path.exists() else "") != version:
+            before = read_bytes(path, MAX_BYTES) if path.exists() else b""
+            if (_version(before) if path.exists() else "") != version:
                 reason = "has changed on the disk since it was opened" if version else "exists already"
                 raise Conflict(f"{name} {reason}. Nothing was saved: open it again, or choose another name.")
+            if (chosen := _profile_class(text)) and chosen != _profile_class(before.decode(errors="replace")):
+                raise ValueError(
+                    f"profile = {excerpt(chosen)} runs a module of the computer that serves this page. Write it into "
+                    "the file there, or choose a profile of the list."
+                )
             file.replace(path)
         return _version(content)
 
@@ -139,6 +146,16 @@ class Missions:
 def is_device(name: str) -> bool:
     """Return whether Windows takes the name of a file or folder for that of a device."""
     return name.partition(".")[0].casefold() in DEVICES
+
+
+def _profile_class(text: str) -> str:
+    """Return the class that a mission's text names as its profile; empty if it names none, or cannot be read."""
+    try:
+        mission = parse_toml(text).get("mission")
+    except ValueError:
+        return ""
+    profile = str(mission.get("profile", "")) if isinstance(mission, dict) else ""
+    return profile if ":" in profile else ""
 
 
 def _version(content: bytes) -> str:

@@ -45,6 +45,20 @@ def test_a_mission_is_opened_changed_and_saved(client, tmp_path):
     assert _files(tmp_path) == ["cat.toml"]
 
 
+def test_the_page_does_not_name_a_module_to_run(client, tmp_path):
+    own = GOOD.replace("[target", 'profile = "my_profile:Profile"\n[target', 1)
+    for text in (own, own.replace("my_profile:Profile", "os:path")):
+        refused = client.put("/api/missions/dog.toml", json={"text": text, "version": ""})
+        assert refused.status_code == 422
+        assert "Write it into the file there" in refused.text
+    assert not _files(tmp_path)
+    (tmp_path / "cat.toml").write_text(own, encoding="utf-8")
+    version = client.get("/api/missions/cat.toml").json()["version"]
+    other = {"text": own.replace("my_profile:Profile", "os:path"), "version": version}
+    assert client.put("/api/missions/cat.toml", json=other).status_code == 422
+    assert client.put("/api/missions/cat.toml", json={"text": own + "# ü\n", "version": version}).status_code == 200
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
 def test_a_saved_file_keeps_its_permissions(client, tmp_path):
     (tmp_path / "cat.toml").write_text(GOOD, encoding="utf-8")
