@@ -49,6 +49,7 @@ class GridTuning:
         hit_seen: The end of the floor in a frame raises those of its cell by this.
         hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by this.
         rare: Log odds against such a thing in an unknown cell.
+        alike_sharpness: What is known of a cell counts this often when a ray's cells share that.
         alike_mm: It stands up to this far from the lens.
         alike_kept: Share that a further frame leaves of the count of rays: it takes about a hundred frames to learn
             how many rays show such things.
@@ -95,6 +96,7 @@ class GridTuning:
     hit_seen: float = 0.8
     hit_alike: float = 1.0
     rare: float = 3.0
+    alike_sharpness: float = 2.0
     alike_mm: float = 2500.0
     alike_kept: float = 0.99
     seen_margin_mm: float = 60.0

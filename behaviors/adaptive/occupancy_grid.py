@@ -204,7 +204,7 @@ class OccupancyGrid:
         angle = np.radians(lens.heading_deg + bearing_deg)[:, None]
         i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
         j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
-        odds = np.exp(self.log_odds[i, j] - TUNING.rare)
+        odds = np.exp(TUNING.alike_sharpness * self.log_odds[i, j] - TUNING.rare)
         chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
