@@ -23,7 +23,11 @@ from sim_backend.firmware.ui.states import Programs, Run, UiState
 
 
 class FileRunner:
-    """Opens, runs and ends a file that a telegram, the map or the menu has requested."""
+    """Opens, runs and ends a file that a telegram, the map or the menu has requested.
+
+    Attributes:
+        paused: Whether a state that was written has interrupted state RUNNING, which can continue.
+    """
 
     def __init__(
         self,
@@ -45,7 +49,7 @@ class FileRunner:
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
         self._hidden_ms: int | None = None
-        self._steps, self._parts = b"", list[Marks]()
+        self._steps, self._parts, self.paused = b"", list[Marks](), False
 
     @property
     def shows_program(self) -> bool:
@@ -61,7 +65,7 @@ class FileRunner:
     @property
     def has_begun(self) -> bool:
         """Whether a file has the screen, and not only since this pass."""
-        return self._registers.runs_file and self._run is not Run.BEGUN
+        return (self._registers.runs_file or self.paused) and self._run is not Run.BEGUN
 
     @property
     def melody_ms(self) -> int:
@@ -97,7 +101,8 @@ class FileRunner:
     def enter(self) -> None:
         """Give the screen to the requested file."""
         registers = self._registers
-        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
+        registers.state, registers.from_menu = int(UiState.RUNNING), False
+        registers.next_step_ms = self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
         self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
         self._menu.show_file(unpack_name(self._file))

@@ -17,7 +17,7 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.key_states import KeyStates
+from sim_backend.firmware.ui.key_states import KeyStates, Pass
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu_files import MenuFiles
@@ -89,7 +89,7 @@ class Menu:
 
     def reset(self) -> None:
         """Go to the first item of the main menu; a data log that runs stays open, and a sensor keeps its type."""
-        self._place = [0]
+        self._place, self.runs = [0], None
         self.view.shown = self.logs.log.runs = False
         self.message.drop()
         self.naming.drop()
@@ -98,7 +98,7 @@ class Menu:
 
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
-        self.view.chosen = self.view.shown = False
+        self.view.chosen, self.view.shown, self.runs = False, False, None
         self._place, asked, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], self._confirms, None, name
         if asked:
             self._place.pop()
@@ -124,6 +124,9 @@ class Menu:
         if self.naming.active and state not in (UiState.MELODY, UiState.ENTRY):
             self.naming.go_on(*[UiState.MENU][: state in keys])
             return
+        if self.runs is not None and state not in (UiState.MELODY, UiState.ENTRY):  # it is run once more
+            self.states.begin(*(each for each in (UiState.MENU, UiState.DRAWING) if state in keys or each > state))
+            return
         if state in keys and not self.view.shown:
             self.press(keys[UiState(state)])
             del self.states.left[0]
@@ -143,7 +146,12 @@ class Menu:
     @property
     def shows_value(self) -> bool:
         """Whether the value of a sensor or motor is shown, until exit is pressed."""
-        return self.view.shown and not self.states.shown
+        return self.view.shown and not self.states.shown and self._registers.state == UiState.DRAWING
+
+    @property
+    def has_page(self) -> bool:
+        """Whether a value is shown, or a file runs or is about to, whatever state was written meanwhile."""
+        return self.runs is not None or self.view.shown
 
     @property
     def begins(self) -> bool:
@@ -159,6 +167,10 @@ class Menu:
         """Follow a key, a value of `Key`; other values do nothing."""
         stays = tuple(self._place[:-1]) == log_menu.START and self._registers.state != UiState.EXIT
         if key not in KEY_STATES or (key == Key.EXIT and stays):
+            return
+        if self.has_page:  # state WAITING was written
+            self.go_on_from(KEY_STATES[key])
+            self.states.left.insert(0, Pass(KEY_STATES[key]))
             return
         if self.naming.shown:
             if self._registers.state == UiState.DRAWING:

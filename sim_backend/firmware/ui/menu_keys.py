@@ -29,7 +29,7 @@ class MenuKeys:
         screen: ScreenRefresh,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
-        self._screen, self._drawn_ms, self._set_up_ms = screen, 0, 0
+        self._screen, self._drawn_ms, self._set_up_ms, self._left_ms = screen, 0, 0, 0
 
     @property
     def active(self) -> bool:
@@ -114,6 +114,28 @@ class MenuKeys:
         message = drawing.LOG_FAILED if self._menu.logs.log.runs else drawing.LOG_NOT_BEGUN
         self._menu.leave_log(message)
         self.show()
+
+    def leave_page(self, state: int) -> None:
+        """Leave a value or a file that was run from its page, which `state` showed, for another state."""
+        if state in (UiState.DRAWING, UiState.RUNNING):
+            self._left_ms = self._clock.now_ms
+
+    def goes_on_with_page(self, *, paused: bool) -> bool:
+        """Continue a page or a `paused` file that was left where it was; return whether there is one."""
+        registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
+        has_page = menu.has_page and not menu.states.shown
+        if not (paused if registers.state == UiState.RUNNING else has_page):
+            return False
+        passed_ms = now_ms - self._left_ms
+        if registers.state == UiState.RUNNING:
+            self._files.delay(passed_ms)
+        elif menu.view.shown:
+            self._drawn_ms, self._set_up_ms = self._drawn_ms + passed_ms, self._set_up_ms + passed_ms
+        else:
+            registers.from_menu = True
+            self._files.delay(passed_ms)
+        registers.next_step_ms = now_ms
+        return True
 
     def end_page(self) -> None:
         """End the value or the data log that is shown, when the state of a key follows: a file can be started then."""

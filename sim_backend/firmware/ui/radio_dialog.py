@@ -86,11 +86,12 @@ class RadioDialog:
         self._registers.next_step_ms = self._clock.now_ms + shown_ms
 
     def _end(self, state: RadioState) -> None:
-        """End the request: draw the main menu, unless a file was requested meanwhile, or the brick is off."""
+        """End the request: continue a page, or draw the main menu, unless a file was requested, or the brick is off."""
         registers = self._registers
         self._radio.state &= ~int(state)
         registers.clear(UiFlag.BUSY)
         registers.state, registers.next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
         if registers.is_on:
-            self._menu.reset()
+            if not self._menu.has_page:
+                self._menu.reset()
             self._menu.go_on_from(registers.state)

@@ -47,6 +47,9 @@ LEAD_OFF = (UiState.MENU, UiState.DRAWING, UiState.LOGO, UiState.MELODY, *KEY_ST
 
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
+PAUSING = (UiState.EMPTY, UiState.WAITING, UiState.LOW_BATTERY, *RADIO_SHOWN)
+"""States that leave the page of a menu or a file, if they are written to the map, which can continue."""
+
 GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
 """States from which the menus continue if they are written to the map, and all such states."""
 

@@ -124,20 +124,24 @@ class UiModule:
 
     def _enter(self, state: int) -> None:
         registers = self.registers
-        ran, begun, melody_ms = registers.runs_file, self._files.has_begun, self._files.melody_ms
-        before, registers.state = registers.state, state
+        paused, begun, melody_ms = self._files.paused, self._files.has_begun, self._files.melody_ms
+        ran, before, registers.state = registers.runs_file or paused, registers.state, state
         if before == state:
             return
         if not registers.is_on:
             self._off_states.enter(state, ran=ran)
             return
         if state not in states.MENU_STATES:
+            self._menu_keys.leave_page(before)
             self._menu.drop()
-        if begun and state == UiState.DRAWING:
+        self._files.paused = state in states.PAUSING and (paused or before == UiState.RUNNING)
+        if state in (UiState.DRAWING, UiState.RUNNING) and self._menu_keys.goes_on_with_page(paused=paused):
+            pass
+        elif begun and state == UiState.DRAWING:
             self._files.begin_page()
         elif ran and state == UiState.OPENING:
             registers.next_step_ms = self._clock.now_ms
-        elif ran and state == UiState.MENU:
+        elif ran and state == UiState.MENU and self._menu.runs is None:
             self._files.show_menu()
         elif state == UiState.MELODY and before == UiState.LOGO and registers.starting:
             self._boot.skip_pictures()
@@ -147,9 +151,10 @@ class UiModule:
                 registers.next_step_ms += melody_ms
         elif state in states.RADIO_SHOWN:
             registers.leave_start()
+            registers.from_menu = False
             self._dialog.begin(state)
-        elif ran:
-            registers.next_step_ms = NEVER
+        elif ran or self._menu.view.shown:
+            registers.next_step_ms, registers.from_menu = NEVER, False
 
     def _go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map."""
