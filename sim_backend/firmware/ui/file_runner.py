@@ -49,6 +49,7 @@ class FileRunner:
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
         self._hidden_ms: int | None = None
+        self._count: int | None = times.MELODY_PASSES
         self._steps, self._parts, self.paused = b"", list[Marks](), False
 
     @property
@@ -69,11 +70,13 @@ class FileRunner:
 
     @property
     def melody_ms(self) -> int:
-        """How long a state 3 written now lasts: it continues the count of the message about a file's end."""
-        if not self.shows_message:
-            return 0
-        count = 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
+        """How long a state 3 written now lasts: it continues the count of the last message about a file's end."""
+        count = self._count if self._count is not None else self._message_count
         return max(times.MELODY_PASSES - count, 0)
+
+    @property
+    def _message_count(self) -> int:
+        return 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
@@ -88,6 +91,7 @@ class FileRunner:
     def choose(self, name: bytes, *, opened: bool = True) -> None:
         """Set the next file to run; its page follows only if the user interface has `opened` it."""
         self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
+        self._count = times.MELODY_PASSES
 
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
@@ -204,6 +208,7 @@ class FileRunner:
     def end_message(self) -> None:
         """End the message about the end of a file in this pass, by a key."""
         self._keys.click()
+        self._count = self._message_count
         self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
 
     def show_menu(self) -> None:
@@ -281,7 +286,7 @@ class FileRunner:
         if not self._programs.active:  # it goes on if only its status was written
             registers.clear(states.RUNNING_FLAGS)
         registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
-        self._run = Run.MESSAGE
+        self._run, self._count = Run.MESSAGE, None
         registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open_menu(self) -> None:
