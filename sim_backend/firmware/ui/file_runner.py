@@ -27,6 +27,7 @@ class FileRunner:
 
     Attributes:
         paused: Whether a state that was written has interrupted state RUNNING, which can continue.
+        count: The passes after which a state 3 continues; None stands for those of the message that is shown.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class FileRunner:
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
         self._hidden_ms: int | None = None
-        self._count: int | None = times.MELODY_PASSES
+        self.count: int | None = times.MELODY_PASSES
         self._steps, self._parts, self.paused = b"", list[Marks](), False
 
     @property
@@ -70,8 +71,8 @@ class FileRunner:
 
     @property
     def melody_ms(self) -> int:
-        """How long a state 3 written now lasts: it continues the count of the last message about a file's end."""
-        count = self._count if self._count is not None else self._message_count
+        """How long a state 3 written now lasts: it continues the count of what was shown last."""
+        count = self.count if self.count is not None else self._message_count
         return max(times.MELODY_PASSES - count, 0)
 
     @property
@@ -91,7 +92,7 @@ class FileRunner:
     def choose(self, name: bytes, *, opened: bool = True) -> None:
         """Set the next file to run; its page follows only if the user interface has `opened` it."""
         self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
-        self._count = times.MELODY_PASSES
+        self.count = times.MELODY_PASSES
 
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
@@ -208,7 +209,7 @@ class FileRunner:
     def end_message(self) -> None:
         """End the message about the end of a file in this pass, by a key."""
         self._keys.click()
-        self._count = self._message_count
+        self.count = self._message_count
         self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
 
     def show_menu(self) -> None:
@@ -286,7 +287,7 @@ class FileRunner:
         if not self._programs.active:  # it goes on if only its status was written
             registers.clear(states.RUNNING_FLAGS)
         registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
-        self._run, self._count = Run.MESSAGE, None
+        self._run, self.count = Run.MESSAGE, None
         registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open_menu(self) -> None:

@@ -201,7 +201,6 @@ class Menu:
     def interrupt(self) -> None:
         """Finish the current state, and drop the states to come: a file is started, whose page follows."""
         self.states.finish()
-        self._drop_question()
         self.drop()
 
     def _drop_question(self) -> None:
@@ -211,6 +210,7 @@ class Menu:
 
     def drop(self) -> None:
         """Drop the states to come and what they draw: another state was written to the map."""
+        self._drop_question()
         self.states.drop()
         self.message.drop()
         self.naming.drop()

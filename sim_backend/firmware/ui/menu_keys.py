@@ -15,6 +15,9 @@ from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
+_COUNTED_MS = 50
+"""Period of the count of passes of a value in old firmware."""
+
 
 class MenuKeys:
     """Follows a key in the menus, one state in each pass."""
@@ -74,6 +77,7 @@ class MenuKeys:
         if now_ms >= registers.next_step_ms:
             self.show_value(draws=key != Key.EXIT)
         if key == Key.EXIT:
+            self.keep_count()
             self._menu.leave_view()
         else:
             view.set_up_again()
@@ -114,6 +118,12 @@ class MenuKeys:
         message = drawing.LOG_FAILED if self._menu.logs.log.runs else drawing.LOG_NOT_BEGUN
         self._menu.leave_log(message)
         self.show()
+
+    def keep_count(self) -> None:
+        """Keep the count of passes of a value that is shown by old firmware, which a state 3 continues."""
+        view = self._menu.view
+        if self._menu.shows_value and not view.modern:
+            self._files.count = (self._clock.now_ms - self._set_up_ms - 1) % _COUNTED_MS + 1
 
     def leave_page(self, state: int) -> None:
         """Leave a value or a file that was run from its page, which `state` showed, for another state."""

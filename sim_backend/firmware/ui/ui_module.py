@@ -124,6 +124,7 @@ class UiModule:
 
     def _enter(self, state: int) -> None:
         registers = self.registers
+        self._menu_keys.keep_count()
         paused, begun, melody_ms = self._files.paused, self._files.has_begun, self._files.melody_ms
         ran, before, registers.state = registers.runs_file or paused, registers.state, state
         if before == state:
