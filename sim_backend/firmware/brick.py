@@ -209,6 +209,7 @@ class SimBrick:
 
     def _program_ended(self) -> None:
         self.ui.program_ended(had_screen=self.display.end())
+        self.radio.end_sending()
 
     def _reset_devices(self) -> None:
         """Reset ports and motors, as at the start of a program and when the display no longer shows its end."""

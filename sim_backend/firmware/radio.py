@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 from operator import itemgetter
-from typing import NamedTuple
 
 from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState
+from sim_backend.firmware.radio_operation import STREAM_ENDS_MS, Operation
 
 DEFAULT_NAME = b"NXT"
 
@@ -29,31 +29,8 @@ _PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
 _TIME_OUT_MS = 494
 """Additional time for which the firmware waits for an answer that does not arrive."""
 
-_STREAM_ENDS_MS = 102
-"""From a command in stream mode to the radio's earliest answer."""
-
 _SILENT_MS = 504
 """How long the firmware waits for the answer of a radio that is off."""
-
-
-class _Operation(NamedTuple):
-    """An operation of the radio, as it runs without stream mode. Times count from the command.
-
-    Attributes:
-        began_ms: When the command arrived.
-        answer_ms: The radio's first answer.
-        late_ms: How much later the firmware sees it if the radio leaves stream mode after `_STREAM_ENDS_MS`.
-        duration_ms: How long the radio is busy.
-        changes: The changes that the answers make.
-        stream_lasts_ms: How long telegrams of a stream still count.
-    """
-
-    began_ms: int
-    answer_ms: int
-    late_ms: int
-    duration_ms: int
-    changes: tuple[Change, ...]
-    stream_lasts_ms: float
 
 
 class Radio:
@@ -65,6 +42,7 @@ class Radio:
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
+        sending: Whether a program has sent something; to nowhere, since nothing is connected.
         sends_reply: Whether a long reply is being sent, in which no operation begins; set by the brick.
     """
 
@@ -78,12 +56,12 @@ class Radio:
         self._name = self._stored_name = _padded(name)
         self._on, self._resetting = True, 0
         self._state = self.shown_state = int(RadioState.VISIBLE)
-        self._busy_until_ms = 0.0
+        self._busy_from_ms, self._busy_until_ms = 0, 0.0
         self._link_state = _STARTED | _VISIBLE
         self._changes: list[Change] = []
         self._is_streaming = self._waited = self._redraws = False
-        self._operation: _Operation | None = None
-        self._is_lost = self._is_silent = False
+        self._operation: Operation | None = None
+        self._is_lost = self._is_silent = self.sending = False
         self._ring_place = _PLACE_AFTER_BOOT
 
     @property
@@ -95,6 +73,8 @@ class Radio:
     def streaming(self, streaming: bool) -> None:
         self._settle()
         self._is_streaming = streaming
+        if self._clock.now_ms < self._busy_from_ms:  # it is over when the mode has changed
+            self._busy_until_ms, self._operation = 0, None
         operation = self._operation
         next_ms = next((change.at_ms for change in self._changes if change.part is Part.ANSWER), None)
         if operation and streaming and self._on and not self._waited and next_ms is not None:
@@ -102,7 +82,7 @@ class Radio:
             self._busy_until_ms, self._is_lost = next_ms + _TIME_OUT_MS, True
         elif operation and not streaming and self._busy_until_ms == inf:
             self._continue(operation)
-        elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
+        elif operation and streaming and self._waited and self._clock.now_ms < operation.over_ms:
             self._hold()
 
     @property
@@ -119,7 +99,7 @@ class Radio:
     @property
     def stream_lasts_ms(self) -> float:
         """How long telegrams of a stream still count after the command of the operation that runs, if one does."""
-        return self._operation.stream_lasts_ms if self._operation and self.operating else inf
+        return self._held.stream_lasts_ms if self._held else inf
 
     @property
     def name(self) -> bytes:
@@ -204,7 +184,7 @@ class Radio:
     @property
     def operating(self) -> bool:
         """Whether an operation is running."""
-        return self._clock.now_ms < self._busy_until_ms
+        return self._busy_from_ms <= self._clock.now_ms < self._busy_until_ms
 
     @property
     def seems_busy(self) -> bool:
@@ -212,7 +192,7 @@ class Radio:
         return self._busy(self._clock.now_ms - 1)
 
     def _busy(self, at_ms: int) -> bool:
-        return at_ms < self._busy_until_ms or self.sends_reply()
+        return self._busy_from_ms <= at_ms < self._busy_until_ms or self.sends_reply()
 
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""
@@ -261,7 +241,7 @@ class Radio:
             off = [Change(5, Part.ANSWER, answer), Change(5, Part.ON, False)]
             if self._on:
                 off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.REDRAWS)
-            duration = 5 if self._on else _SILENT_MS + (0 if self._is_silent else _STREAM_ENDS_MS)
+            duration = 5 if self._on else _SILENT_MS + (0 if self._is_silent else STREAM_ENDS_MS)
             self._occupy(duration, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms)
             self._is_silent = not self._on
         return True
@@ -271,10 +251,33 @@ class Radio:
         self._settle()
         if self.seems_busy:
             return False
-        duration = 3 if self._on or self._is_silent else 3 + _STREAM_ENDS_MS
+        duration = self._disconnects_ms(3)
         self._occupy(duration, Change(duration, Part.ANSWER, b""), answer_ms=5, late_ms=1)
         self._is_silent = not self._on
         return True
+
+    def _disconnects_ms(self, duration_ms: int) -> int:
+        return duration_ms if self._on or self._is_silent else duration_ms + STREAM_ENDS_MS
+
+    def end_sending(self) -> None:
+        """At the end of a program that has sent something, end a stream in the second pass after this one."""
+        self._settle()
+        if self.sending and not self.busy:
+            self._occupy(self._disconnects_ms(1), answer_ms=5, lead_ms=-2)
+            self._is_silent = not self._on
+        self.sending = False
+
+    @property
+    def stream_ends_ms(self) -> float:
+        """The pass from which on the telegrams of a stream are lost by the operation that waits for its end."""
+        return self._held.began_ms + self._held.stream_lasts_ms if self._held else inf
+
+    @property
+    def _held(self) -> Operation | None:
+        """The operation that waits for the end of stream mode, from the pass before it begins on."""
+        operation = self._operation
+        waits = operation and self._busy_until_ms == inf and self._clock.now_ms >= operation.began_ms - 1
+        return operation if waits else None
 
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
@@ -320,8 +323,9 @@ class Radio:
         stream_lasts_ms: float = 1,
     ) -> None:
         began_ms = self._clock.now_ms - lead_ms
+        self._busy_from_ms = began_ms if lead_ms < 0 else 0
         in_order = tuple(sorted(changes, key=itemgetter(0)))
-        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, in_order, stream_lasts_ms)
+        self._operation = operation = Operation(began_ms, answer_ms, late_ms, duration_ms, in_order, stream_lasts_ms)
         self._is_silent = False
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
@@ -338,13 +342,13 @@ class Radio:
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
 
-    def _continue(self, operation: _Operation) -> None:
+    def _continue(self, operation: Operation) -> None:
         """Continue an operation as the radio leaves stream mode."""
         passed_ms = self._clock.now_ms - operation.began_ms
-        late_ms = operation.late_ms if passed_ms >= _STREAM_ENDS_MS else 0
-        self._schedule(operation, max(_STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)
+        late_ms = operation.late_ms if passed_ms >= STREAM_ENDS_MS else 0
+        self._schedule(operation, max(STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)
 
-    def _schedule(self, operation: _Operation, shift_ms: int, late_ms: int) -> None:
+    def _schedule(self, operation: Operation, shift_ms: int, late_ms: int) -> None:
         began_ms, place = operation.began_ms + shift_ms, self.ring_place
         changes: list[Change] = []
         for at_ms, part, value in operation.changes:

@@ -10,8 +10,8 @@ from sim_backend.firmware.comm.dispatch import is_divided
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.radio import RING
 
-_LATER_BY_USB, _RECOVERY = 1, 98
-"""Passes by which a command to the radio over USB ends the stream later, and from there to a new one."""
+_LATER_BY_USB = 1
+"""Passes by which a command to the radio over USB ends the stream later."""
 
 
 class RadioStream:
@@ -63,6 +63,8 @@ class RadioStream:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
         if self._brick.radio.waits_in_vain:
             self._end_ms = self._brick.now_ms
+        elif self._is_stream and self._end_ms is None and (end_ms := self._brick.radio.stream_ends_ms) < inf:
+            self._end_ms = int(end_ms)
         self.waiting += data
         complete, self._unheard = _split(self._unheard + data)
         self._was_full = len(self.waiting) + self._at_end > RING
@@ -82,12 +84,11 @@ class RadioStream:
         if stream == self._is_stream:
             return
         self._taken, self._message_rest, self._is_blocked = b"", 0, False
-        now_ms, self._is_stream = self._brick.now_ms, stream
-        self._brick.radio.streaming = stream
+        self._is_stream = self._brick.radio.streaming = stream
         if not stream:
-            self._left_ms = now_ms
+            self._left_ms = self._brick.now_ms
             self._brick.bluetooth.forget_length()
-        elif self._end_ms is not None and self._left_ms < now_ms >= self._end_ms + _RECOVERY:
+        elif self._left_ms < self._brick.now_ms and self._brick.radio.stream_ends_ms == inf:
             self._end_ms = None
 
     def postpone(self, passes: int) -> None:

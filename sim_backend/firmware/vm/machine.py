@@ -55,7 +55,6 @@ class Machine:
         task: The clump that runs now.
         now_ms: The current pass.
         lag: Passes by which the Tick of the Command map, which clumps wake up by, is behind.
-        sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         random_state, random_seed: The last random number of firmware 1.32, and where they began.
         semaphores: Two bytes of the firmware for programs.
         full: Whether the last instruction, which may have suspended its clump, filled the pass.
@@ -84,7 +83,7 @@ class Machine:
         self._timing = dialect.timing
         self._set_code(program.code)
         self.handles = dict[int, tuple[str, bool]]()
-        self.semaphores, self.sending, self.random_state, self.random_seed = [0, 0], False, 1, 1
+        self.semaphores, self.random_state, self.random_seed = [0, 0], 1, 1
         self.tasks = [
             Task(i, clump.start, end_of(clump, program, past_end=dialect.runs_past_end))
             for i, clump in enumerate(program.clumps)

@@ -47,13 +47,13 @@ def _read(call: Call) -> None:
 
 def _connection(call: Call) -> None:
     """Read a Bluetooth connection: status, connection; while something is being sent, the state of that."""
-    known = Status.PENDING if call.machine.sending else Status.CHANNEL_NOT_CONFIGURED
+    known = Status.PENDING if call.devices.radio.sending else Status.CHANNEL_NOT_CONFIGURED
     call.put(0, known if call.number(1) < CONNECTIONS else Status.BAD_INPUT_OUTPUT)
 
 
 def _send(call: Call) -> None:
     """Send bytes over a Bluetooth connection: status, connection, bytes."""
-    call.machine.sending = True
+    call.devices.radio.sending = True
     call.put(0, Status.PENDING)
 
 

@@ -1,0 +1,36 @@
+"""An operation of the Bluetooth radio. Source: docs/firmware.md section 10."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sim_backend.firmware.radio_answers import Change
+
+STREAM_ENDS_MS = 102
+"""From a command in stream mode to the radio's earliest answer."""
+
+
+class Operation(NamedTuple):
+    """An operation of the radio, as it runs without stream mode. Times count from the command.
+
+    Attributes:
+        began_ms: When the command arrived.
+        answer_ms: The radio's first answer.
+        late_ms: How much later the firmware sees it if the radio leaves stream mode after `STREAM_ENDS_MS`.
+        duration_ms: How long the radio is busy.
+        changes: The changes that the answers make.
+        stream_lasts_ms: How long telegrams of a stream still count.
+    """
+
+    began_ms: int
+    answer_ms: int
+    late_ms: int
+    duration_ms: int
+    changes: tuple[Change, ...]
+    stream_lasts_ms: float
+
+    @property
+    def over_ms(self) -> int:
+        """The pass from which on stream mode no longer holds it up: that of its first answer, if it has one."""
+        first_ms = self.changes[0].at_ms if self.changes else 0
+        return self.began_ms + min(STREAM_ENDS_MS, STREAM_ENDS_MS - self.answer_ms + first_ms)
