@@ -117,10 +117,12 @@ class ButtonModule:
             self.due_ms = now_ms + 1
             return
         before = sum(button.pressed << number for number, button in enumerate(self.buttons))
+        shown = [button.state & ButtonState.PRESSED for button in self.buttons]
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
         new = self._mask & ~before
-        if self._mask != before or self.exit_held:
+        differs = shown != [button.state & ButtonState.PRESSED for button in self.buttons]  # also if it was written
+        if self._mask != before or self.exit_held or differs:
             self._on_change(new)
         steady = new == 0 and any(button.state for button in self.buttons)
         self.due_ms = now_ms + 1 if new else now_ms + SAMPLE_MS if steady else NEVER
