@@ -97,11 +97,6 @@ class Radio:
         return self.operating and self._is_lost
 
     @property
-    def stream_lasts_ms(self) -> float:
-        """How long telegrams of a stream still count after the command of the operation that runs, if one does."""
-        return self._held.stream_lasts_ms if self._held else inf
-
-    @property
     def name(self) -> bytes:
         """The brick's name: 16 bytes, zero-padded."""
         self._settle()
@@ -263,13 +258,13 @@ class Radio:
         """At the end of a program that has sent something, end a stream in the second pass after this one."""
         self._settle()
         if self.sending and not self.busy:
-            self._occupy(self._disconnects_ms(1), answer_ms=5, lead_ms=-2)
+            self._occupy(self._disconnects_ms(1), answer_ms=5, lead_ms=-2, stream_lasts_ms=0)
             self._is_silent = not self._on
         self.sending = False
 
     @property
     def stream_ends_ms(self) -> float:
-        """The pass from which on the telegrams of a stream are lost by the operation that waits for its end."""
+        """The pass from which on the telegrams of a stream are lost, if an operation waits for its end."""
         return self._held.began_ms + self._held.stream_lasts_ms if self._held else inf
 
     @property

@@ -63,8 +63,8 @@ class RadioStream:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
         if self._brick.radio.waits_in_vain:
             self._end_ms = self._brick.now_ms
-        elif self._is_stream and self._end_ms is None and (end_ms := self._brick.radio.stream_ends_ms) < inf:
-            self._end_ms = int(end_ms)
+        else:
+            self.note_command()
         self.waiting += data
         complete, self._unheard = _split(self._unheard + data)
         self._was_full = len(self.waiting) + self._at_end > RING
@@ -99,10 +99,10 @@ class RadioStream:
             self._end_ms += passes
 
     def note_command(self, later: int = _LATER_BY_USB) -> None:
-        """End the stream if the radio is busy, by so many passes later than with a command over Bluetooth."""
-        lasts_ms = self._brick.radio.stream_lasts_ms
-        if self._is_stream and self._end_ms is None and lasts_ms < inf:
-            self._end_ms = self._brick.now_ms + int(lasts_ms) + later
+        """End the stream if the radio waits for that, by so many passes later than with a command over Bluetooth."""
+        ends_ms = self._brick.radio.stream_ends_ms
+        if self._is_stream and self._end_ms is None and ends_ms < inf:
+            self._end_ms = int(ends_ms) + later
 
     def take(self) -> bytes:
         """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
