@@ -123,6 +123,7 @@ class SimBrick:
         self.radio.on_plan = self.ui.wake_later
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
+        screen.on_erase = self.display.erase
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         link = CommandLink(LongRead(self.loader, self.radio, BLUETOOTH.buffer))
         self.high_speed = HighSpeed(clock, link, version)

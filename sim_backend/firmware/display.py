@@ -9,7 +9,7 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.cint import divide
@@ -27,6 +27,21 @@ _TURN, FILL = 0x04, 0x20
 """Options of drawings."""
 COMBINATIONS = 0x3C
 """Those that combine a drawing with the present picture, see `DisplayModule.combine`."""
+
+_WIDTH, _ICON, _MENU_ICON, _STEP = DISPLAY_WIDTH, 12, 24, 11
+_PARTS: Mapping[int, tuple[range, range]] = {
+    **{line: (range(line, line + 1), range(_WIDTH)) for line in range(LINES)},
+    9: (range(1), range(_WIDTH)),
+    10: (range(4, 5), range(_WIDTH)),
+    **{13 + number: (range(1), range(x, x + _ICON)) for number, x in enumerate((0, 12, 76, 88))},
+    **{17 + number: (range(5, 8), range(x, x + _MENU_ICON)) for number, x in enumerate((7, 38, 69))},
+    20: (range(4, 6), range(3, 97)),
+    **{24 + number: (range(2, 4), range(x, x + _STEP)) for number, x in enumerate((11, 28, 45, 62, 79))},
+    29: (range(LINES), range(_WIDTH)),
+    30: (range(1, LINES), range(_WIDTH)),
+    31: (range(1, 4), range(_WIDTH)),
+}
+"""Lines and columns that the bits of EraseMask erase: lines of text, icons of the status bar, of menus and of steps."""
 
 
 class DisplayModule:
@@ -66,6 +81,13 @@ class DisplayModule:
     def clear(self) -> None:
         """Make all pixels white."""
         self.memory[_START : _START + _SIZE] = bytes(_SIZE)
+
+    def erase(self, part: int) -> None:
+        """Make a part of the screen white, by its bit of EraseMask."""
+        lines, columns = _PARTS.get(part, (range(0), range(0)))
+        for line in lines:
+            start = _START + line * DISPLAY_WIDTH + columns.start
+            self.memory[start : start + len(columns)] = bytes(len(columns))
 
     def begin(self, *, clear: bool, spend: Callable[[int], object]) -> None:
         """Prepare for drawing; the first time, the program takes the screen."""

@@ -5,6 +5,8 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from firmware_protocol.iomap import DisplayFlag
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.ui.screen_marks import FRAME, Marks
@@ -34,7 +36,11 @@ class ScreenRefresh:
         update_mask: Parts of the screen to draw, after those to erase and in the same way.
         centered_lines: The lines of text among them, its lowest eight bits, that are centered.
         lit: Whether the display's controller was last switched on.
+        on_erase: Called with the number of a bit of `erase_mask` whose part of the normal screen is erased; set by the
+            brick.
     """
+
+    on_erase: Callable[[int], None]
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -146,6 +152,8 @@ class ScreenRefresh:
         if self.erase_mask:
             if self.erase_mask.bit_length() == _SCREEN.bit_length():
                 self.update_mask &= ~FRAME
+            if not self.pops_up:
+                self.on_erase(self.erase_mask.bit_length() - 1)
             self.erase_mask = _without_highest(self.erase_mask)
         else:
             before, self.update_mask = self.update_mask, _without_highest(self.update_mask)
