@@ -29,6 +29,8 @@ COMBINATIONS = 0x3C
 """Those that combine a drawing with the present picture, see `DisplayModule.combine`."""
 
 _WIDTH, _ICON, _MENU_ICON, _STEP = DISPLAY_WIDTH, 12, 24, 11
+_ALL, _UNUSED = 29, range(21, 24)
+"""The bit of EraseMask that erases all, and those that do so in firmware 1.32."""
 _PARTS: Mapping[int, tuple[range, range]] = {
     **{line: (range(line, line + 1), range(_WIDTH)) for line in range(LINES)},
     9: (range(1), range(_WIDTH)),
@@ -37,7 +39,7 @@ _PARTS: Mapping[int, tuple[range, range]] = {
     **{17 + number: (range(5, 8), range(x, x + _MENU_ICON)) for number, x in enumerate((7, 38, 69))},
     20: (range(4, 6), range(3, 97)),
     **{24 + number: (range(2, 4), range(x, x + _STEP)) for number, x in enumerate((11, 28, 45, 62, 79))},
-    29: (range(LINES), range(_WIDTH)),
+    _ALL: (range(LINES), range(_WIDTH)),
     30: (range(1, LINES), range(_WIDTH)),
     31: (range(1, 4), range(_WIDTH)),
 }
@@ -84,7 +86,7 @@ class DisplayModule:
 
     def erase(self, part: int) -> None:
         """Make a part of the screen white, by its bit of EraseMask."""
-        lines, columns = _PARTS.get(part, (range(0), range(0)))
+        lines, columns = _PARTS.get(_ALL if self._enhanced and part in _UNUSED else part, (range(0), range(0)))
         for line in lines:
             start = _START + line * DISPLAY_WIDTH + columns.start
             self.memory[start : start + len(columns)] = bytes(len(columns))
