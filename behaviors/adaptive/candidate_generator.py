@@ -129,12 +129,11 @@ class CandidateGenerator:
             if not world.attempts.tried(target, world.here, (x_mm, y_mm))
         ]
         chances = world.targets.chances_from(target, [place for place, _ in untried])
-        return [
-            ViewpointGain(
-                place, seconds, (chance + TUNING.frontier_hit * beyond) * world.targets.novelty(target, place)
-            )
-            for (place, seconds), (chance, beyond) in zip(untried, chances, strict=True)
-        ]
+        gains = []
+        for (place, seconds), (found, beyond) in zip(untried, chances, strict=True):
+            chance = min(1.0, found + TUNING.frontier_hit * beyond)  # a scan also shows some of what is beyond
+            gains.append(ViewpointGain(place, seconds, chance * world.targets.novelty(target, place)))
+        return gains
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
         """Return those of other targets that were seen and to which a path leads."""
