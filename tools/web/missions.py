@@ -134,7 +134,7 @@ class Missions:
             if (_version(before) if path.exists() else "") != version:
                 reason = "has changed on the disk since it was opened" if version else "exists already"
                 raise Conflict(f"{name} {reason}. Nothing was saved: open it again, or choose another name.")
-            if (chosen := _profile_class(text)) and chosen != _profile_class(before.decode(errors="replace")):
+            if (chosen := _profile_class(content)) and chosen != _profile_class(before):
                 raise ValueError(
                     f"profile = {excerpt(chosen)} runs a module of the computer that serves this page. Write it into "
                     "the file there, or choose a profile of the list."
@@ -148,10 +148,10 @@ def is_device(name: str) -> bool:
     return name.partition(".")[0].casefold() in DEVICES
 
 
-def _profile_class(text: str) -> str:
-    """Return the class that a mission's text names as its profile; empty if it names none, or cannot be read."""
+def _profile_class(content: bytes) -> str:
+    """Return the class that a mission file names as its profile; empty if it names none, or cannot be read."""
     try:
-        mission = parse_toml(text).get("mission")
+        mission = parse_toml(content.decode("utf-8-sig")).get("mission")  # the file is also read without its BOM
     except ValueError:
         return ""
     profile = str(mission.get("profile", "")) if isinstance(mission, dict) else ""

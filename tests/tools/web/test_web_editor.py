@@ -47,7 +47,7 @@ def test_a_mission_is_opened_changed_and_saved(client, tmp_path):
 
 def test_the_page_does_not_name_a_module_to_run(client, tmp_path):
     own = GOOD.replace("[target", 'profile = "my_profile:Profile"\n[target', 1)
-    for text in (own, own.replace("my_profile:Profile", "os:path")):
+    for text in (own, own.replace("my_profile:Profile", "os:path"), f"\ufeff{own}"):
         refused = client.put("/api/missions/dog.toml", json={"text": text, "version": ""})
         assert refused.status_code == 422
         assert "Write it into the file there" in refused.text
