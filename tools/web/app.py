@@ -169,8 +169,10 @@ class Server:
         try:
             # read as a whole: the journal of a run that is under way grows while it is sent
             content = read_bytes(self.runs.file(request.path_params["name"], file), MAX_BYTES)
-        except (KeyError, InputFileError):
+        except KeyError:
             return PlainTextResponse("There is no such file.\n", 404)
+        except InputFileError as error:  # too large, or gone meanwhile
+            return PlainTextResponse(f"{error}\n", 404)
         return Response(content, media_type=guess_type(file)[0] or "application/octet-stream")
 
     async def _connect(self, page: WebSocket) -> None:

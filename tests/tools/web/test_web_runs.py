@@ -12,6 +12,7 @@ from behaviors.journal import Record, RecordKind
 from behaviors.profiles import registry
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.files import read_mission_file, with_profile
+from nxtdrive.tools.web import app
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
@@ -227,3 +228,9 @@ def test_a_file_that_changes_between_the_question_for_its_size_and_its_reading_i
     else:
         assert answer.status_code == 200
         assert len(answer.content) == int(answer.headers["content-length"])
+
+
+def test_a_file_that_is_too_large_to_be_sent_is_not_said_to_be_missing(folder, monkeypatch):
+    _run(folder, "x-001")
+    monkeypatch.setattr(app, "MAX_BYTES", 10)
+    assert "too large" in _client(folder).get("/runs/x-001/journal.jsonl").text
