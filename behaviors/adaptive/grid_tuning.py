@@ -49,10 +49,11 @@ class GridTuning:
         hit_seen: The end of the floor in a frame raises those of its cell by this.
         hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by this.
         rare: Log odds against such a thing in an unknown cell.
-        alike_sharpness: What is known of a cell counts this often when a ray's cells share that.
-        alike_mm: It stands up to this far from the lens.
-        alike_kept: Share that a further frame leaves of the count of rays: it takes about a hundred frames to learn
-            how many rays show such things.
+        alike_sharpness: When the cells of a ray share that, each cell's log odds are multiplied by this first: a larger
+            one concentrates it on the likeliest cells.
+        alike_mm: Such a thing is suspected up to this far from the lens.
+        alike_kept: Each frame multiplies the counts of rays by this, so about the last hundred frames determine which
+            share of the rays shows such things.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than

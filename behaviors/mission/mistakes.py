@@ -31,7 +31,6 @@ ELSEWHERE = {
 }
 """Keys that people write into a mission and that no mission has, and what to do instead."""
 
-
 INSTALL = "install its package (docs/detectors.md)"
 DETECTOR_OF = {
     "pictures": "picture",
@@ -41,7 +40,7 @@ DETECTOR_OF = {
     "color": "color",
     "model": "onnx",
 }
-"""The detector that has a key; it is likelier to be meant than one with a similar name."""
+"""The detector that a key belongs to, which is more likely meant than one with a similar name."""
 
 
 def mistake_count(error: ValidationError) -> int:

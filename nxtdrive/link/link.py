@@ -32,8 +32,8 @@ R = TypeVar("R", bound=Reply)
 
 AWAKE, PROBE = "awake", "probe"
 SHORTEST_SILENCE_S, LONGEST_SILENCE_S = 1.0, 60.0
-"""Intervals of keep-alive telegrams: the latter to a brick that is set never to switch itself off, or only after
-minutes; a sleep timer that would need more of them than the former is an error of the brick, which counts minutes."""
+"""Shortest and longest interval of keep-alive telegrams. The longest one is for a brick that never switches itself off,
+or only after minutes. A sleep timer that would need a shorter one is an error of the brick, which counts minutes."""
 SLICE_S = 0.1
 """A waiting program checks this often whether another thread has noticed a loss of the link."""
 

@@ -1,6 +1,6 @@
 """Homes: one to four rooms with what stands and lies about where people live.
 
-Sonar and camera each miss some of it: legs, soft furniture, toys below the beam, wood on a wooden floor.
+Sonar and camera each miss some of it: legs, soft furniture, low toys, wood on a wooden floor.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ HANGS_MM = (200.0, 300.0, 400.0)
 DOOR_KEPT_MM = 450.0
 """Furniture keeps this distance from the middle of a door."""
 PRINT_KEPT_MM = 350.0
-"""The floor before a print is free in a circle with this radius."""
+"""The floor in front of a print is free in a circle with this radius."""
 APART_MM = 60.0
 """Smallest gap between two pieces of furniture."""
 WALL_KEPT_MM = 150.0
-"""Things that do not stand at a wall keep this distance from it."""
+"""Things that do not stand against a wall keep this distance from it."""
 PLACES = 40
 """Number of places to try for each piece."""
 TIME_LIMIT_S = 240.0
@@ -44,14 +44,14 @@ TIME_LIMIT_S = 240.0
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A kind of furniture along walls. All sizes are guesses.
+    """A kind of furniture that stands against walls. All sizes are guesses.
 
     Attributes:
         name: What it is.
-        number: Least and greatest number of them.
+        number: Smallest and largest number of them.
         size_mm: Depth and width.
-        heights_mm: Those it may have.
-        textures: Those it may have.
+        heights_mm: The heights to choose from.
+        textures: The textures to choose from.
         soft: Share of them that absorbs ultrasound.
     """
 
@@ -149,7 +149,7 @@ class _Home:
             self.kept.append((point_from(hinge, leaf_deg, door / 2), door / 2))
 
     def hang_targets(self) -> None:
-        """Add the targets at walls, apart from each other."""
+        """Hang the targets on walls, apart from each other."""
         builder = self.builder
         for name in builder.targets:
             while True:
@@ -164,7 +164,7 @@ class _Home:
             self.kept.append((front, PRINT_KEPT_MM))
 
     def add_piece(self, piece: Piece, number: int) -> None:
-        """Add a piece of furniture at a wall, if there is space."""
+        """Add a piece of furniture against a wall, if there is room for it."""
         builder, random, (depth, width) = self.builder, self.builder.random, piece.size_mm
         rooms = [room for room in self.rooms if room.shorter_mm > max(depth, width) + 2 * APART_MM]
         for _ in range(PLACES if rooms else 0):
@@ -233,6 +233,6 @@ class _Home:
         return None
 
     def _fits(self, at_mm: Point, size_mm: tuple[float, float], facing_deg: float) -> bool:
-        """Return whether a thing keeps out of all circles that are kept."""
+        """Return whether a thing stays out of all circles in `kept`."""
         outline = Obstacle("", at_mm, size_mm, facing_deg)
         return all(float(outline.distance_mm(np.array(place))) > radius for place, radius in self.kept)

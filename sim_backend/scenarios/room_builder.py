@@ -123,7 +123,7 @@ class RoomBuilder:
         height_mm: float,
         **more: object,
     ) -> None:
-        """Add four legs, `leg_mm` thick, of a piece of furniture with this size between their middles."""
+        """Add four legs, `leg_mm` thick, of a piece of furniture; `size_mm` is measured between their centres."""
         for leg, (along, aside) in enumerate([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
             side = point_from(at_mm, facing_deg, along * size_mm[0] / 2)
             place = point_from(side, facing_deg + 90.0, aside * size_mm[1] / 2)

@@ -34,7 +34,7 @@ TURNED_LEFT = "the robot turned to the left.", "Exchange the ports left and righ
 
 
 def _correction(name: str, counted: float, really: float, backwards: tuple[str, str]) -> float:
-    """Return how many times what the wheels counted a person has measured.
+    """Return the ratio of what a person measured to what the wheels counted.
 
     Raises:
         CalibrationRefused: They differ too much, or the robot moved the other way.
@@ -94,13 +94,13 @@ def _measure(
     straight = rover.straight(STRAIGHT_MM)
     if not straight.done:
         raise CalibrationRefused(f"the drive was ended: {straight.stop}.", remedy="Clear the floor and start again.")
-    really_mm = ask("How many millimetres did it drive (negative: back)?")
+    really_mm = ask("How many millimetres did it drive (negative: backwards)?")
     longer = _correction("distance", straight.distance_mm, really_mm, DROVE_BACK)
     ready(f"Mark where it points. Then it turns {TURNS} times to the right.")
     turn = rover.turn(360.0 * TURNS)
     if not turn.done:
         raise CalibrationRefused(f"the turn was ended: {turn.stop}.", remedy="Clear the floor and start again.")
-    over_deg = ask(f"By how many degrees did it turn to the right more than {TURNS} full turns (negative: less)?")
+    over_deg = ask(f"How many degrees beyond {TURNS} full turns did it turn to the right (negative: fewer)?")
     turned_more = _correction("turn", turn.turned_deg, 360.0 * TURNS + over_deg, TURNED_LEFT)
     radius_mm = ask(RADIUS_QUESTION)
     track_mm = robot.axle_track_mm / (1 - robot.turn_slip_percent / 100)  # by which the turns were counted

@@ -147,7 +147,7 @@ def write_robot_file(path: Path, file: RobotFile) -> Path | None:
     """Write a robot file as a whole, in place of one that exists.
 
     Returns:
-        A copy of the one before if it had comments, which the new one has not.
+        Where a copy of the previous file is, if that had comments, which the new one has not.
 
     Raises:
         OSError: It cannot be written; what was there before is left as it is.

@@ -255,7 +255,7 @@ def _dense(layout: OutputLayout, rows: Floats, size: tuple[int, int]) -> ModelDe
 
 
 def _without_number(rows: Floats) -> Floats:
-    """Return corners, score and label of places that begin with a number; only a score is no whole number."""
+    """Return corners, score and label of places that begin with the number of the image; labels are whole numbers."""
     score_first = (rows[:, 5] % 1).any()
     return rows[:, 1:] if score_first else rows[:, [1, 2, 3, 4, 6, 5]]
 
@@ -277,7 +277,7 @@ def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> ModelDetec
 
 
 def _corners(boxes: Floats, angles: Floats | None = None) -> Floats:
-    """Return left, top, right and bottom of what is around boxes given by centre, size and perhaps an angle."""
+    """Return the corners of the upright boxes around those given by centre, size and perhaps an angle."""
     centre, half = boxes[:, :2], boxes[:, 2:4] / 2
     if angles is not None:
         along, across = np.abs(np.cos(angles))[:, None], np.abs(np.sin(angles))[:, None]

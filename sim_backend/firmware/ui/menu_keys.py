@@ -130,8 +130,8 @@ class MenuKeys:
         if state in (UiState.DRAWING, UiState.RUNNING):
             self._left_ms = self._clock.now_ms
 
-    def goes_on_with_page(self, *, paused: bool) -> bool:
-        """Continue a page or a `paused` file that was left where it was; return whether there is one."""
+    def resume_page(self, *, paused: bool) -> bool:
+        """Resume a page, or a `paused` file, where it was left; return whether there is one."""
         registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
         has_page = menu.has_page and not menu.states.shown
         if not (paused if registers.state == UiState.RUNNING else has_page):

@@ -136,7 +136,7 @@ class UiModule:
             self._menu_keys.leave_page(before)
             self._menu.drop()
         self._files.paused = state in states.PAUSING and (paused or before == UiState.RUNNING)
-        if state in (UiState.DRAWING, UiState.RUNNING) and self._menu_keys.goes_on_with_page(paused=paused):
+        if state in (UiState.DRAWING, UiState.RUNNING) and self._menu_keys.resume_page(paused=paused):
             pass
         elif begun and state == UiState.DRAWING:
             self._files.begin_page()
