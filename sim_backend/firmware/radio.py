@@ -264,15 +264,14 @@ class Radio:
 
     @property
     def stream_ends_ms(self) -> float:
-        """The pass from which on the telegrams of a stream are lost, if an operation waits for its end."""
-        return self._held.began_ms + self._held.stream_lasts_ms if self._held else inf
+        """The pass from which on the telegrams of a stream are lost, if an operation waits for the end of stream mode.
 
-    @property
-    def _held(self) -> Operation | None:
-        """The operation that waits for the end of stream mode, from the pass before it begins on."""
+        It waits from the pass before it begins on.
+        """
         operation = self._operation
-        waits = operation and self._busy_until_ms == inf and self._clock.now_ms >= operation.began_ms - 1
-        return operation if waits else None
+        if operation is None or self._busy_until_ms < inf or self._clock.now_ms < operation.began_ms - 1:
+            return inf
+        return operation.began_ms + operation.stream_lasts_ms
 
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
