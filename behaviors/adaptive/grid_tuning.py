@@ -47,7 +47,8 @@ class GridTuning:
         block: Log odds of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the log odds of a cell by this.
         hit_seen: The end of the floor in a frame raises those of its cell by this.
-        hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by this.
+        hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by up to
+            this.
         rare: Log odds against such a thing in an unknown cell.
         alike_sharpness: When the cells of a ray share that, each cell's log odds are multiplied by this first: a larger
             one concentrates it on the likeliest cells.

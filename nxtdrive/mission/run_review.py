@@ -263,7 +263,7 @@ class RunReview:
                 self._wrong_size(target, *self._nearer[target])
 
     def _doubt_motors(self) -> None:
-        """Doubt motors that nobody has measured; those of a simulated robot are as usual unless described otherwise."""
+        """Hint at exchanged or reversed motors, unless they were measured or are a simulated robot's usual ones."""
         described = self._mission.robot.model_fields_set & WIRING_KEYS
         if self._mission.calibration.motors is None and (self._truth is None or described):
             self._hint(

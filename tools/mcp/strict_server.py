@@ -49,7 +49,7 @@ class StrictServer(MCPServer[Any]):
             said = words(first["type"], first.get("ctx", {}), first["msg"], first["input"])
             raise ToolError(f"{first['loc'][0]} {said}: {usage(name, tool.input_schema)}") from None
 
-    async def get_prompt(self, name: str, arguments: object = None, context: object = None) -> Any:  # noqa: ANN401, ARG002 - mcp's
+    async def get_prompt(self, name: str, arguments: object = None, context: object = None) -> Any:  # noqa: ANN401, ARG002 - as in mcp
         """Refuse a prompt; for one that does not exist the library itself would log a traceback.
 
         Raises:

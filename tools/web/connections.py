@@ -38,7 +38,7 @@ class BoundedHTTP(H11Protocol):
             oldest.transport.abort()
 
     def send_400_response(self, msg: str) -> None:
-        """Close after what is no request; if it is the body of one, that gets this answer or its own, not both."""
+        """Refuse what is not HTTP, and close. A request whose body is not gets this answer or its own, not both."""
         if self.cycle is not None and self.cycle.response_started:
             self.transport.close()
         else:
@@ -59,7 +59,7 @@ class LiveWebSocket(WebSocketsSansIOProtocol):
         self.transport.abort()
 
     def handle_parser_exception(self) -> None:
-        """Close after a break of the protocol; the client has left, and need not read what was sent to it before."""
+        """Close after a violation of the protocol. The client counts as gone, even if it reads nothing more."""
         super().handle_parser_exception()
         self.disconnected = True
         self.loop.call_later(PONG_S, self.transport.abort)

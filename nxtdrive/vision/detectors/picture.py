@@ -17,7 +17,7 @@ from nxtdrive.vision.sources import read_image
 
 SMALLEST_PX = 40
 MAX_RATIO = 20
-"""Of a picture's longer side to its shorter one: a slimmer one makes copies that OpenCV cannot transform."""
+"""Largest ratio of a picture's sides: a narrower one has copies that OpenCV cannot transform."""
 
 
 class PictureDetector:
@@ -75,7 +75,7 @@ def _read(path: Path) -> Image:
 
 
 def check_picture(picture: Image, name: str = "the picture") -> None:
-    """Raise a ConfigError that begins with the name if a picture is too small or slim to be found, or of one colour."""
+    """Raise a ConfigError that begins with the name if a picture is too small, too narrow, or of one colour."""
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:
         raise ConfigError(
@@ -84,8 +84,8 @@ def check_picture(picture: Image, name: str = "the picture") -> None:
         )
     if max(height, width) > MAX_RATIO * min(height, width):
         raise ConfigError(
-            f"{name} is {width}x{height} pixels, too slim to be found.",
-            remedy=f"Cut a part from it, at most {MAX_RATIO} times as long as it is wide.",
+            f"{name} is {width}x{height} pixels, too narrow to be found.",
+            remedy=f"Crop it to a part that is at most {MAX_RATIO} times as long as it is wide.",
         )
     if float(cv2.meanStdDev(picture)[1].max()) < 1.0:
         raise ConfigError(f"{name} is of a single colour.", remedy="Use the color detector for this target.")

@@ -273,7 +273,7 @@ def test_useless_pictures_are_refused():
     with pytest.raises(ConfigError, match=r"30x20 pixels"):
         PictureDetector([np.zeros((20, 30, 3), np.uint8)])
     for shape in ((MAX_RATIO * 40 + 1, 40), (40, MAX_RATIO * 40 + 1)):
-        with pytest.raises(ConfigError, match=r"too slim"):
+        with pytest.raises(ConfigError, match=r"too narrow"):
             PictureDetector([np.random.default_rng(0).integers(0, 256, (*shape, 3), np.uint8)])
     with pytest.raises(ConfigError, match=r"single colour"):
         PictureDetector([np.full((200, 100, 3), 7, np.uint8)])
