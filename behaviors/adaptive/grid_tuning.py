@@ -47,14 +47,15 @@ class GridTuning:
         block: Log odds of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the log odds of a cell by this.
         hit_seen: The end of the floor in a frame raises those of its cell by this.
-        hit_alike: Something that looks like the floor on a ray raises the log odds of all its cells together by up to
-            this.
+        hit_floor_like: Something that looks like the floor on a ray raises the log odds of all its cells together by up
+            to this.
         rare: Log odds against such a thing in an unknown cell.
-        alike_sharpness: When the cells of a ray share that, each cell's log odds are multiplied by this first: a larger
-            one concentrates it on the likeliest cells.
-        alike_mm: Such a thing is suspected up to this far from the lens.
-        alike_kept: Each frame multiplies the counts of rays by this, so about the last hundred frames determine which
-            share of the rays shows such things.
+        floor_like_sharpness: When the cells of a ray share that, each cell's log odds are multiplied by this first: a
+            larger one concentrates it on the likeliest cells.
+        floor_like_mm: Such a thing is suspected up to this far from the lens.
+        floor_like_moved_mm: From another place, this far away, a ray in the same direction says something new.
+        floor_like_kept: Each frame multiplies the counts of rays by this, so about the last hundred frames determine
+            which share of the rays shows such things.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
@@ -96,11 +97,12 @@ class GridTuning:
     block: float = 2.2
     free_seen: float = 0.5
     hit_seen: float = 0.8
-    hit_alike: float = 1.0
+    hit_floor_like: float = 3.0
     rare: float = 3.0
-    alike_sharpness: float = 2.0
-    alike_mm: float = 2500.0
-    alike_kept: float = 0.99
+    floor_like_sharpness: float = 2.0
+    floor_like_mm: float = 2500.0
+    floor_like_moved_mm: float = 100.0
+    floor_like_kept: float = 0.99
     seen_margin_mm: float = 60.0
     same_share: float = 0.25
     grazed_mm: float = 100.0

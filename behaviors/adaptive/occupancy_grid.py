@@ -75,7 +75,8 @@ class OccupancyGrid:
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
         self._seen_from: Pose | None = None
-        self._rays = self._alike = 0.0
+        self._rays = self._floor_like = 0.0
+        self._floor_like_from = np.full((DIRECTIONS, 2), np.nan)
         for name, empty in _LAYERS.items():
             setattr(self, name, np.full((self.cells.side, self.cells.side), empty))
         self.save()
@@ -89,6 +90,7 @@ class OccupancyGrid:
         for name, saved in self._saved.items():
             getattr(self, name)[:] = saved
         self._last = self._seen_from = None
+        self._floor_like_from[:] = np.nan
 
     def include(self, *places: Point, margin_mm: float = 0.0) -> bool:
         """Let the grid grow until it holds these places, mm, and a margin around them, as far as it may.
@@ -184,33 +186,39 @@ class OccupancyGrid:
         most = np.where(exact, TUNING.most, TUNING.solid - 0.1)[ends]
         cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + TUNING.hit_seen, most))
         self.seen[window] |= exact
-        self._add_alike(lens, view)
+        self._add_floor_like(lens, view)
 
-    def _add_alike(self, lens: Pose, view: VisibleFloor) -> None:
+    def _add_floor_like(self, lens: Pose, view: VisibleFloor) -> None:
         """Suspect an obstacle on each ray on which something that looks like the floor stands at an unknown distance.
 
         It is suspected in each cell as far as what is known of the others leaves it there, so rays from several places
-        meet at it. Where most rays are like that, the walls may look like the floor, and little is learned.
+        meet at it; another ray in the same direction from the same place says nothing new. Where most rays are like
+        that, the walls may look like the floor, and little is learned.
         """
-        alike = len(view.alike_deg)
-        self._rays = TUNING.alike_kept * self._rays + len(view.bearing_deg) + alike
-        self._alike = TUNING.alike_kept * self._alike + alike
-        if not alike:
+        count = len(view.floor_like_deg)
+        self._rays = TUNING.floor_like_kept * self._rays + len(view.bearing_deg) + count
+        self._floor_like = TUNING.floor_like_kept * self._floor_like + count
+        if not count:
             return
-        along_mm = np.arange(0.0, TUNING.alike_mm, CELL_MM)
-        within = view.alike_near_mm < along_mm[-1]
-        bearing_deg, near_mm = view.alike_deg[within], view.alike_near_mm[within]
-        self.include(*(lens.ahead(TUNING.alike_mm, each) for each in bearing_deg.tolist()))
+        along_mm = np.arange(0.0, TUNING.floor_like_mm, CELL_MM)
+        sector = ((lens.heading_deg + view.floor_like_deg) % 360.0 * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
+        moved_mm = np.hypot(*(self._floor_like_from[sector] - lens.point).T)
+        useful = (view.floor_like_near_mm < along_mm[-1]) & ~(moved_mm < TUNING.floor_like_moved_mm)
+        self._floor_like_from[sector[useful]] = lens.point
+        bearing_deg, near_mm = view.floor_like_deg[useful], view.floor_like_near_mm[useful]
+        self.include(*(lens.ahead(TUNING.floor_like_mm, each) for each in bearing_deg.tolist()))
         angle = np.radians(lens.heading_deg + bearing_deg)[:, None]
         i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
         j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
-        odds = np.exp(TUNING.alike_sharpness * self.log_odds[i, j] - TUNING.rare)
+        odds = np.exp(TUNING.floor_like_sharpness * self.log_odds[i, j] - TUNING.rare)
         chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
-        gain = TUNING.hit_alike * (1.0 - self._alike / self._rays) * share
-        most = np.maximum(self.log_odds[i, j], TUNING.solid - 0.1)
-        self.log_odds[i, j] = np.minimum(self.log_odds[i, j] + gain, most)
+        gain = TUNING.hit_floor_like * (1.0 - self._floor_like / self._rays) * share
+        most = np.zeros_like(self.log_odds)
+        np.maximum.at(most, (i, j), gain.astype(np.float32))  # a frame counts once in a cell that several rays cross
+        limit = np.maximum(self.log_odds[i, j], TUNING.solid - 0.1)
+        self.log_odds[i, j] = np.minimum(self.log_odds[i, j] + most[i, j], limit)
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], echo: tuple[Pose, float]
@@ -273,6 +281,7 @@ class OccupancyGrid:
     def forget_obstacles(self) -> None:
         """Clear all obstacles."""
         self.forgotten += 1
+        self._floor_like_from[:] = np.nan
         np.minimum(self.log_odds, 0.0, out=self.log_odds)
 
     def clear_footprint(self, pose: Pose) -> None:

@@ -55,7 +55,8 @@ class VisibleFloorTuning:
         ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
         error_mm: Distances that may be wrong by more than this are not used.
         farthest_used_mm: Larger distances than this are not used either.
-        alike_sds: A ray that ends this many standard deviations above the horizon ends at something like the floor.
+        floor_like_sds: A ray that ends this many standard deviations above the horizon ends at something that looks
+            like the floor.
     """
 
     offset_sd_deg: float = 2.0
@@ -84,7 +85,7 @@ class VisibleFloorTuning:
     ray_sd_deg: float = 0.15
     error_mm: float = 200.0
     farthest_used_mm: float = 3000.0
-    alike_sds: float = 2.0
+    floor_like_sds: float = 2.0
 
 
 TUNING = VisibleFloorTuning()
@@ -100,8 +101,8 @@ class VisibleFloor:
         free_mm: Up to where it is certainly free.
         end_mm: To where something stands; infinity where that is not known well enough.
         exact: Whether its direction is known to about a cell of the map.
-        alike_deg: Bearings in which something that looks like the floor stands at an unknown distance.
-        alike_near_mm: From the lens to the nearest floor in the frame there.
+        floor_like_deg: Bearings in which something that looks like the floor stands at an unknown distance.
+        floor_like_near_mm: From the lens to the nearest floor in the frame there.
     """
 
     bearing_deg: Array
@@ -109,8 +110,8 @@ class VisibleFloor:
     free_mm: Array
     end_mm: Array
     exact: NDArray[np.bool_]
-    alike_deg: Array = field(default_factory=lambda: np.empty(0))
-    alike_near_mm: Array = field(default_factory=lambda: np.empty(0))
+    floor_like_deg: Array = field(default_factory=lambda: np.empty(0))
+    floor_like_near_mm: Array = field(default_factory=lambda: np.empty(0))
 
 
 class FloorRanges:
@@ -144,9 +145,9 @@ class FloorRanges:
         angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64).reshape(-1, 3)
         offset, scale = self._mean
         below_deg = offset + scale * angles[:, 2]
-        alike = below_deg < -TUNING.alike_sds * self._sd_deg(angles[:, 2])
-        alike_deg, alike_near_deg, _ = angles[alike].T
-        bearing, near, end = angles[below_deg > 0.0].T
+        floor_like = below_deg < -TUNING.floor_like_sds * self._sd_deg(angles[:, 2])
+        floor_like_deg, floor_like_near_deg, _ = angles[floor_like].T
+        bearing, near, end = angles[~floor_like & ((below_deg > 0.0) | (angles[:, 2] > 0.0))].T
         end_mm = self._distance_mm(offset + scale * end)
         error_mm = self._error_mm(end, end_mm)
         known = (error_mm <= TUNING.error_mm) & (end_mm <= TUNING.farthest_used_mm)
@@ -155,9 +156,9 @@ class FloorRanges:
         free_mm = _least_beside(free_mm, bearing, aside_deg)
         exact = end_mm * math.radians(aside_deg) <= TUNING.exact_mm
         near_mm = self._distance_mm(offset + scale * near)
-        alike_near_mm = self._distance_mm(offset + scale * alike_near_deg)
+        floor_like_near_mm = self._distance_mm(offset + scale * floor_like_near_deg)
         end_mm = np.where(known, end_mm, np.inf)
-        return VisibleFloor(bearing, near_mm, free_mm, end_mm, exact, alike_deg, alike_near_mm)
+        return VisibleFloor(bearing, near_mm, free_mm, end_mm, exact, floor_like_deg, floor_like_near_mm)
 
     def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float, off_deg: float = 0.0) -> None:
         """Learn from a frame and an echo.

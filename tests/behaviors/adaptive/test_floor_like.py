@@ -24,11 +24,11 @@ def _ranges(*, calibrated: bool) -> FloorRanges:
     return FloorRanges(CameraTable(height_mm=200.0), 60.0, calibrated=calibrated)
 
 
-def _view(pose: Pose, *, walls_are_alike: bool = False) -> VisibleFloor:
+def _view(pose: Pose, *, walls_are_floor_like: bool = False) -> VisibleFloor:
     """What an exactly known camera sees of the box and the wall at x = 2600 mm."""
     bearing_deg, away_mm = pose.polar_to(BOX)
     hidden = np.abs(BEARINGS - bearing_deg) <= math.degrees(math.atan2(HALF_MM, away_mm))
-    alike = np.full(len(BEARINGS), True) if walls_are_alike else hidden
+    alike = np.full(len(BEARINGS), True) if walls_are_floor_like else hidden
     bearings, end_mm = BEARINGS[~alike], WALL_MM / np.cos(np.radians(BEARINGS[~alike] + pose.heading_deg))
     each = np.ones(len(bearings))
     return VisibleFloor(
@@ -40,14 +40,14 @@ def _evidence_at(floor: OccupancyGrid, place: Point) -> float:
     return float(floor.log_odds[floor.cells.at(*place)])
 
 
-def _look_from(floor: OccupancyGrid, *places: Point, walls_are_alike: bool = False) -> None:
+def _look_from(floor: OccupancyGrid, *places: Point, walls_are_floor_like: bool = False) -> None:
     """Look towards the box from some places, ten times from each while moving a little."""
     for x_mm, y_mm in places:
         for i in range(10):
             at = Pose(x_mm, y_mm + 40.0 * (i % 2))
             heading_deg, _ = at.polar_to(BOX)
             pose = Pose(at.x_mm, at.y_mm, heading_deg)
-            floor.add_view(pose, _view(pose, walls_are_alike=walls_are_alike))
+            floor.add_view(pose, _view(pose, walls_are_floor_like=walls_are_floor_like))
 
 
 def test_from_one_place_it_may_stand_anywhere_on_the_ray():
@@ -56,6 +56,17 @@ def test_from_one_place_it_may_stand_anywhere_on_the_ray():
     along = [_evidence_at(floor, (x_mm, 20.0)) for x_mm in (700.0, 1420.0, 2000.0)]
     assert all(0.0 < evidence < GRID.solid for evidence in along)
     assert _evidence_at(floor, (1420.0, 500.0)) < -GRID.hint, "the floor beside it is seen to be free"
+
+
+def test_turning_on_the_spot_shows_nothing_new_of_it():
+    floor = OccupancyGrid()
+    for heading_deg in range(-60, 61, 3):
+        floor.add_view(Pose(heading_deg=heading_deg), _view(Pose(heading_deg=heading_deg)))
+    assert max(_evidence_at(floor, (x_mm, 20.0)) for x_mm in range(500, 2500, 80)) < GRID.hint
+    before = floor.log_odds.max()
+    for heading_deg in range(-60, 61, 3):
+        floor.add_view(Pose(heading_deg=heading_deg), _view(Pose(heading_deg=heading_deg)))
+    assert floor.log_odds[floor.cells.at(*BOX)] <= before
 
 
 def test_views_from_several_places_show_where_it_stands():
@@ -86,7 +97,7 @@ def test_nothing_is_suspected_behind_an_obstacle_on_the_map():
 def test_where_every_wall_looks_like_the_floor_little_is_suspected():
     floor = OccupancyGrid()
     places = [(0.0, 0.0), (500.0, -900.0), (500.0, 900.0)]
-    _look_from(floor, *places, walls_are_alike=True)
+    _look_from(floor, *places, walls_are_floor_like=True)
     assert floor.log_odds.max() < GRID.hint
 
 
@@ -94,8 +105,17 @@ def test_where_every_wall_looks_like_the_floor_little_is_suspected():
 def test_a_camera_whose_tilt_nobody_measured_may_see_the_floor_end_just_above_the_horizon(calibrated, end_deg, alike):
     view = _ranges(calibrated=calibrated).measure([FloorRay(3.0, 23.0, end_deg), FloorRay(0.0, 23.0, 6.0)])
     assert view.bearing_deg.tolist() == [0.0]
-    assert view.alike_deg.tolist() == [3.0] * alike
-    assert view.alike_near_mm == pytest.approx(200.0 / math.tan(math.radians(23.0)))
+    assert view.floor_like_deg.tolist() == [3.0] * alike
+    assert view.floor_like_near_mm == pytest.approx(200.0 / math.tan(math.radians(23.0)))
+
+
+def test_what_ends_at_the_horizon_but_for_the_tilt_that_was_learned_is_free_floor():
+    ranges = _ranges(calibrated=False)
+    for i in range(30):  # the camera looks down by three degrees
+        ranges.compare([FloorRay(0.0, 23.0, 11.5 + 3.0)] * 3, Pose(x_mm=200.0 * i), 983.0 - 60.0)
+    view = ranges.measure([FloorRay(0.0, 23.0, 2.8)])
+    assert view.free_mm > 1000.0
+    assert not len(view.floor_like_deg)
 
 
 def test_an_echo_is_not_compared_with_what_ends_above_the_horizon():
