@@ -202,7 +202,7 @@ class OccupancyGrid:
             return
         along_mm = np.arange(0.0, TUNING.floor_like_mm, CELL_MM)
         sector = ((lens.heading_deg + view.floor_like_deg) % 360.0 * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
-        moved_mm = np.hypot(*(self._floor_like_from[sector] - lens.point).T)
+        moved_mm = np.hypot(*(self._floor_like_from[sector] - lens.point).T)  # NaN where there was no such ray yet
         useful = (view.floor_like_near_mm < along_mm[-1]) & ~(moved_mm < TUNING.floor_like_moved_mm)
         self._floor_like_from[sector[useful]] = lens.point
         bearing_deg, near_mm = view.floor_like_deg[useful], view.floor_like_near_mm[useful]

@@ -273,12 +273,3 @@ def test_a_person_who_comes_into_the_only_door_is_waited_for():
     told = list(evidence_lines(evidence_from(waits[0].target, evidence)))
     assert any("beyond it a place to look from" in line for line in told)
     assert trace.ending == "achieved"
-
-
-@pytest.mark.slow
-def test_a_place_from_which_the_target_is_almost_certainly_found_has_a_chance_of_one_at_most():
-    """A scan from there shows some of the unknown floor that counts as beyond it."""
-    trace, recorder = run_episode(generate_scenario("everyday", 49750), "adaptive", "geometric")
-    choices = [each.data["evidence"] for each in recorder.records if each.kind is RecordKind.CHOICE]
-    assert 1.0 >= max(place["chance"] for evidence in choices for place in evidence["viewpoints"]) > 0.8
-    assert trace.ending in ("achieved", "time_up")

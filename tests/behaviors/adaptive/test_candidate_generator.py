@@ -133,3 +133,13 @@ def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
     x_mm, y_mm = best.route[-1]
     assert x_mm > 1700.0
     assert abs(y_mm) < 450.0
+
+
+def test_a_place_that_shows_the_target_and_some_of_what_is_beyond_it_is_no_more_than_certain(mocker):
+    world = _world()
+    mocker.patch.object(
+        world.targets, "chances_from", side_effect=lambda _target, places: [(0.95, 0.9) for _ in places]
+    )
+    gains = _candidates(world).gains("door")
+    assert len(gains) > 3
+    assert 0.9 < max(gain.chance for gain in gains) <= 1.0

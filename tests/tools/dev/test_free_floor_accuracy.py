@@ -36,15 +36,18 @@ def test_in_a_plain_room_the_floor_ends_where_it_does(condition):
 
 def test_the_table_counts_what_is_right_too_far_and_too_near():
     seen = [150.0, 150.5, 149.5, 100.0, None]
-    rays = [Ray("floor", "crate", 150.0, None, row_px, tall=False) for row_px in seen]
+    rays = [Ray("floor", "crate", 150.0, None, row_px, goes_on=False, tall=False) for row_px in seen]
     assert row("plain", rays) == "| plain | 5 | 80.0 % | -0.25 | 9.64 | 75.0 % | 25.0 % | 0.0 % |"
     assert next(iter(alike(rays))) == "crate on floor: 40 % of 5 rays overlook it, distinguished"
     assert row("plain", rays[4:]) == "| plain | 1 | 0 % | - | - | - | - | - |"
 
 
 def test_the_remarks_count_the_results_at_what_looks_like_the_floor():
-    rays = [Ray("floor", "crate", 150.0, None, *each) for each in ((99.0, False), (None, False), (99.0, True))]
-    *_, pairs, higher, lower = alike(rays)
-    assert pairs == "1 of 1 pairs cannot be distinguished"
-    assert higher == "of 1 rays to those higher than the lens 100 % have a result"
-    assert lower == "of 2 rays to those lower than the lens 50 % have a result"
+    results = [(99.0, False, False), (None, False, False), (99.0, False, True), (None, True, True)]
+    rays = [Ray("floor", "crate", 150.0, None, *each) for each in results]
+    rays += [Ray("floor", "red_box", 150.0, None, 150.0, goes_on=False, tall=True)] * 4
+    *_, pairs, higher, lower, others = alike(rays)
+    assert pairs == "1 of 2 pairs cannot be distinguished"
+    assert higher == "of 2 rays to those higher than the lens 50 % end, 50 % go on above the horizon"
+    assert lower == "of 2 rays to those lower than the lens 50 % end, 0 % go on above the horizon"
+    assert others == "of 4 rays to others 0.0 % go on above the horizon"
