@@ -207,18 +207,15 @@ class OccupancyGrid:
         self._floor_like_from[sector[useful]] = lens.point
         bearing_deg, near_mm = view.floor_like_deg[useful], view.floor_like_near_mm[useful]
         self.include(*(lens.ahead(TUNING.floor_like_mm, each) for each in bearing_deg.tolist()))
-        angle = np.radians(lens.heading_deg + bearing_deg)[:, None]
-        i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
-        j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
+        i, j = self._cells_along(lens, bearing_deg, along_mm)
         odds = np.exp(TUNING.floor_like_sharpness * self.log_odds[i, j] - TUNING.rare)
         chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
         gain = TUNING.hit_floor_like * (1.0 - self._floor_like / self._rays) * share
-        most = np.zeros_like(self.log_odds)
-        np.maximum.at(most, (i, j), gain.astype(np.float32))  # a frame counts once in a cell that several rays cross
         limit = np.maximum(self.log_odds[i, j], TUNING.solid - 0.1)
-        self.log_odds[i, j] = np.minimum(self.log_odds[i, j] + most[i, j], limit)
+        raised = np.minimum(self.log_odds[i, j] + gain.astype(np.float32), limit)
+        np.maximum.at(self.log_odds, (i, j), raised)  # a frame counts once in a cell that several rays cross
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], echo: tuple[Pose, float]
@@ -246,13 +243,18 @@ class OccupancyGrid:
 
     def _mask(self, lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:
         """Return the cells along a view's rays, at distances (rays, n) or (1, n), where they are wanted, (rays, n)."""
-        angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
-        along_mm = np.where(wanted, along_mm, 0.0)
-        i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
-        j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
+        i, j = self._cells_along(lens, view.bearing_deg, np.where(wanted, along_mm, 0.0))
         mask = np.zeros_like(self.seen)
         mask[i[wanted], j[wanted]] = True
         return mask
+
+    def _cells_along(
+        self, lens: Pose, bearing_deg: NDArray[np.float64], along_mm: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the indices of the cells along rays, (rays, n), at distances (rays, n) or (n,)."""
+        angle = np.radians(lens.heading_deg + bearing_deg)[:, None]
+        x_mm, y_mm = lens.x_mm + along_mm * np.cos(angle), lens.y_mm + along_mm * np.sin(angle)
+        return self.cells.index(x_mm), self.cells.index(y_mm)
 
     def _passed(self, cone: Cone, far_mm: float) -> Mask:
         """Return which cells a beam has passed up to a distance, without what deflects it and what lies behind that."""
