@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -132,6 +132,14 @@ AS_DESCRIBED = Wiring()
 WIRINGS = [Wiring(*each) for each in product((1, -1), (1, -1), (False, True))]
 
 
+class _Echo(NamedTuple):
+    """The range of an echo, when it was heard, and where by odometry."""
+
+    time_s: float
+    range_mm: float
+    pose: Pose
+
+
 class WiringCheck:
     """Compares sightings and echoes with how the wheels turn, until it is clear whether they fit.
 
@@ -144,7 +152,7 @@ class WiringCheck:
         self._robot, self._camera = robot, camera
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
-        self._echoes: list[tuple[float, float, Pose]] = []
+        self._echoes: list[_Echo] = []
         wrong = (1.0 - TUNING.described) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
@@ -187,16 +195,18 @@ class WiringCheck:
         A robot that drives in circles receives the same echoes again and again; they may fit a wrong wiring's short
         ways, but not its long ones.
         """
-        self._echoes = [echo for echo in self._echoes if time_s - echo[0] <= TUNING.within_s]
+        self._echoes = [echo for echo in self._echoes if time_s - echo.time_s <= TUNING.within_s]
         if self._echoes:
-            forward_mm, turned_deg = _displacement(self._echoes[-1][2], pose)
+            last, first = self._echoes[-1], self._echoes[0]
+            forward_mm, turned_deg = _displacement(last.pose, pose)
             if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < TUNING.rolled_mm:
                 return
-        for _, before_mm, before in self._echoes[:1] + self._echoes[1:][-1:]:
-            displacement = _displacement(before, pose)
-            likelihood = partial(_echo_likelihood, before_mm, range_mm)
-            self._learn(dict.fromkeys(AGES, displacement), likelihood)
-        self._echoes.append((time_s, range_mm, pose))
+            # The ways since the first one overlap, so each counts as much as what is new of it.
+            befores = {last: 1.0, first: (time_s - last.time_s) / (time_s - first.time_s)}
+            farther = [(range_mm - before.range_mm, weight) for before, weight in befores.items()]
+            displacements = tuple(_displacement(before.pose, pose) for before in befores)
+            self._learn(dict.fromkeys(AGES, displacements), partial(_echo_likelihood, farther))
+        self._echoes.append(_Echo(time_s, range_mm, pose))
 
     def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
         last, then = self._seen or (seen, poses)
@@ -209,28 +219,34 @@ class WiringCheck:
         if self._seen is None or unlike or moved:
             self._seen = seen, poses
         if moved and not unlike:
-            self._learn(displacements, lambda *true: self._sighting_likelihood(last, seen, *true))
+            alone = {age_s: (displacement,) for age_s, displacement in displacements.items()}
+            self._learn(alone, lambda true: self._sighting_likelihood(last, seen, *true[0]))
 
     def _in_view(self, sighting: Sighting) -> bool:
         """Return whether the middle of the target is in the frame, so that its bearing is accurate."""
         return not sighting.cut and abs(sighting.bearing_deg - self._camera.yaw_deg) < self._camera.hfov_deg / 2
 
-    def _learn(self, displacements: dict[float, Displacement], likelihood: Callable[[float, float], float]) -> None:
+    def _learn(
+        self,
+        displacements: Mapping[float, tuple[Displacement, ...]],
+        likelihood: Callable[[list[Displacement]], float],
+    ) -> None:
         """Update the chances of all wirings.
 
         Args:
-            displacements: How far the robot drove and turned between two sightings or echoes, for each of `AGES`.
-            likelihood: Of the sighting or echo after it, if it really drove and turned so far.
+            displacements: How far the robot drove and turned until a sighting or echo since each of those that it is
+                compared with, for each of `AGES`.
+            likelihood: Of the sighting or echo, if the robot really drove and turned so far.
         """
         track_mm, different = self._robot.axle_track_mm, set(displacements.values())
         for wiring, chances in self._chances.items():
             of_age = {age_s: sum(chances[slip, age_s] for slip in SLIPS) for age_s in AGES}
             for slip, usual in SLIPS.items():
                 moving = wiring.slipping(slip).true_displacement
-                likelihoods = {displacement: likelihood(*moving(*displacement, track_mm)) for displacement in different}
-                for age_s, displacement in displacements.items():
+                likelihoods = {each: likelihood([moving(*one, track_mm) for one in each]) for each in different}
+                for age_s, each in displacements.items():
                     now = (1.0 - TUNING.changes) * chances[slip, age_s] + TUNING.changes * usual * of_age[age_s]
-                    chances[slip, age_s] = now * likelihoods[displacement]
+                    chances[slip, age_s] = now * likelihoods[each]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {how: chance / total for how, chance in chances.items()}
@@ -272,11 +288,23 @@ class WiringCheck:
         )
 
 
-def _echo_likelihood(last_mm: float, now_mm: float, forward_mm: float, turned_deg: float) -> float:
-    """Return how probable an echo is after another one, if the robot really moved like this in between."""
-    farther_mm, anything, echoes = now_mm - last_mm, 1.0 / TUNING.any_mm, NormalDist(0.0, TUNING.echo_mm)
-    expected = anything if abs(turned_deg) > TUNING.straight_deg else echoes.pdf(farther_mm + forward_mm)
-    return _mixed(expected, echoes.pdf(farther_mm), anything)
+def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Displacement]) -> float:
+    """Return how probable an echo is after others, if the robot really moved like this since each of them.
+
+    A robot that moved, or did not, did so since all of them.
+
+    Args:
+        farther: By how many millimetres the echo is farther away than each of the others, and how much each counts.
+        displacements: Since each of them.
+    """
+    anything, echoes = 1.0 / TUNING.any_mm, NormalDist(0.0, TUNING.echo_mm)
+    moved = late = stray = 1.0
+    for (farther_mm, weight), (forward_mm, turned_deg) in zip(farther, displacements, strict=True):
+        of_anything = abs(turned_deg) > TUNING.straight_deg
+        moved *= (anything if of_anything else echoes.pdf(farther_mm + forward_mm)) ** weight
+        late *= echoes.pdf(farther_mm) ** weight
+        stray *= anything**weight
+    return _mixed(moved, late, stray)
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
