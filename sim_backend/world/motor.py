@@ -89,8 +89,8 @@ class WheelMotor:
         """Current that the motor draws from the battery, A: more the further it is from its speed without load."""
         if not self.pwm:
             return 0.0
-        speed = self.free_speed if self._ground is None else self._ground
-        behind = abs(self._targets[self.pwm] - speed) / self._targets[100]
+        speed, top = self.free_speed if self._ground is None else self._ground, self._targets[100]
+        behind = abs(self._targets[self.pwm] - speed) / top if top else 1.0  # too weak for its load, it stalls
         return FREE_CURRENT_A + min(1.0, behind) * STALL_CURRENT_A
 
     @property

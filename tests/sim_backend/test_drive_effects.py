@@ -115,6 +115,13 @@ def test_the_current_of_the_motors_lowers_the_voltage():
     assert motors[0]._targets[100] < 0.6 * full
 
 
+def test_a_motor_that_is_too_weak_for_the_carpet_draws_its_stall_current():
+    motor = WheelMotor(battery_mv=3000)
+    motor.drag(0.2)
+    motor.step(100, brake=True)
+    assert (motor.free_speed, motor.current_a) == (0.0, pytest.approx(2.06))
+
+
 def test_a_battery_that_drains_slows_the_motors():
     fresh, draining = simulate(), simulate({"battery_drain_mv_per_min": 1000})
     for simulation in (fresh, draining):
