@@ -18,6 +18,14 @@ HUE_REACH = 8
 MIN_SATURATION, MIN_VALUE = 110, 50
 """Minimum saturation and value of a pixel that has the colour, 0 to 255."""
 
+SHADE_LIMITS = {
+    "hue_deg": (0, 360),
+    "reach_deg": (0, 180),
+    "min_saturation_percent": (0, 100),
+    "min_value_percent": (0, 100),
+}
+"""Least and greatest value of each number that says how a colour looks."""
+
 MIN_SIDE_PX = 8
 """Smaller patches are not reported."""
 
@@ -46,11 +54,16 @@ class ColorDetector:
             ``min_value_percent``; missing ones are as `default_shade` says.
 
     Raises:
-        ConfigError: There is no such colour.
+        ConfigError: There is no such colour, or a number is out of range.
     """
 
     def __init__(self, color: str, **shade: float) -> None:
         shade = {**default_shade(color), **shade}
+        for key, (least, most) in SHADE_LIMITS.items():
+            if not least <= shade[key] <= most:
+                raise ConfigError(
+                    f"{key} = {shade[key]:g} is not valid.", remedy=f"It lies between {least} and {most}."
+                )
         self._hue, self._reach = round(shade["hue_deg"] / 2), round(shade["reach_deg"] / 2)
         self._saturation = round(2.55 * shade["min_saturation_percent"])
         self._value = round(2.55 * shade["min_value_percent"])

@@ -1,5 +1,7 @@
 """Detectors made from a specification, and mistakes in it."""
 
+import math
+
 import cv2
 import pytest
 
@@ -60,6 +62,10 @@ def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
         ({"detector": "qr", "text": ""}, "needs a text of 1 to 500 characters, not of 0"),
         ({"detector": "qr", "text": "7" * 501}, "not of 501"),
         ({"detector": "color", "color": 3}, "must be a text"),
+        ({"detector": "color", "color": "red", "hue_deg": math.nan}, "hue_deg = nan is not valid"),
+        ({"detector": "color", "color": "red", "reach_deg": -3}, "reach_deg = -3 is not valid"),
+        ({"detector": "color", "color": "red", "min_saturation_percent": 200}, "lies between 0 and 100"),
+        ({"detector": "color", "color": "red", "min_value_percent": -5}, "min_value_percent = -5 is not valid"),
         (
             {"detector": "color", "color": "red", "height_mm": "tall"},
             "height_mm of the color detector must be a number",
