@@ -45,6 +45,8 @@ def _row(record: Record) -> dict[str, object]:
         row |= dict(zip(POSE, left.pop("pose"), strict=True))
     sighting = left.get("sighting")
     if isinstance(sighting, Mapping):
-        row |= {f"sighting_{name}": sighting[name] for name in SIGHTING if is_number(sighting.get(name))}
+        numbers = {name: sighting[name] for name in SIGHTING if is_number(sighting.get(name))}
+        row |= {f"sighting_{name}": value for name, value in numbers.items()}
+        left["sighting"] = {name: value for name, value in sighting.items() if name not in numbers}
     row["more"] = json.dumps(left, ensure_ascii=False) if left else None
     return row

@@ -43,6 +43,7 @@ def test_each_record_is_a_row_with_a_unit_in_each_column():
     assert (look["x_mm"], look["y_mm"], look["heading_deg"], look["range_mm"]) == ("0.0", "1.5", "90.0", "1500")
     assert (look["sighting_distance_mm"], seen["range_mm"]) == ("", "")
     assert (seen["sighting_bearing_deg"], seen["sighting_distance_mm"]) == ("-3.5", "900.0")
+    assert json.loads(seen["more"]) == {"sighting": {"box": [10, 10, 20, 20]}}
     assert (step["what"], step["stop"], step["step_mm"]) == ("advance", "done", "250")
     assert (choice["choice"], choice["why"]) == ("wait", "it moves")
     assert (end["ending"], end["more"]) == ("achieved", '{"targets": [], "error": ""}')
