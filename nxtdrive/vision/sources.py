@@ -58,6 +58,8 @@ def open_camera(
     configure()
     if not source:
         raise CameraError("no camera is named.", remedy="Give a webcam's number (0), a file, a folder or a URL.")
+    if "\0" in source:
+        raise CameraError(f"the camera's name {source!r} has a null character.", remedy="Leave it out.")
     if source == "sim":
         return _open_simulated(clock)
     clock = clock or WallClock()

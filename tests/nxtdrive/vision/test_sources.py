@@ -46,6 +46,12 @@ def test_an_empty_name_is_not_the_current_folder(clock):
         open_camera("", clock=clock)
 
 
+@pytest.mark.parametrize("source", ["clip\0.avi", "/dev/video\0", "http://camera\0"])
+def test_a_name_with_a_null_character_is_refused(source, clock):
+    with pytest.raises(CameraError, match="null character"):
+        open_camera(source, clock=clock, open_timeout_s=0.1)
+
+
 def test_a_video_is_shown_at_its_own_pace(clip, clock):
     path, pictures = clip
     camera = open_camera(str(path), clock=clock)
