@@ -11,7 +11,8 @@ from pydantic import BaseModel
 
 from nxtdrive.recording.camera_index import INDEX, Header, Look, Picture
 from nxtdrive.recording.output_file import write_file
-from nxtdrive.recording.video import VIDEO_FPS, slot_of
+from nxtdrive.recording.video import VIDEO_FPS
+from nxtdrive.vision.camera import frame_number
 from nxtdrive.vision.detection import Image
 
 JPEG_QUALITY = 80
@@ -50,7 +51,7 @@ class CameraFolder:
         Raises:
             OSError: A file cannot be written.
         """
-        slot = slot_of(time_s, VIDEO_FPS)
+        slot = frame_number(time_s, VIDEO_FPS)
         pending = self._pending
         if pending is not None and slot > pending.slot:
             self._write(pending)

@@ -14,6 +14,7 @@ from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_index import CameraPictures, Picture
 from nxtdrive.recording.output_file import check_replaceable
+from nxtdrive.vision.camera import frame_number
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.opencv import opencv_name
 
@@ -26,11 +27,6 @@ _MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
 """The document type of a Matroska file and, of the same length, of a WebM file. Source: RFC 8794 and RFC 9559."""
 _HEAD_BYTES = 64
 ELSEWHERE = "Choose a file in another folder."
-
-
-def slot_of(time_s: float, fps: float) -> int:
-    """Return the number of the frame at a constant rate that shows a time, up to a rounding error before it begins."""
-    return int(time_s * fps + 1e-6)
 
 
 class VideoRecorder:
@@ -60,7 +56,7 @@ class VideoRecorder:
         Raises:
             ConfigError: The file cannot be written.
         """
-        slot = slot_of(time_s, self._fps)
+        slot = frame_number(time_s, self._fps)
         if self._shown is None:
             self._open(image)
             self._shown = image

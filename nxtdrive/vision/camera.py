@@ -78,7 +78,7 @@ class FrameSource(Protocol):
 
 
 def frame_number(now_s: float, fps: float) -> int:
-    """Return the number of the latest frame at `now_s` of a camera that takes frame n at ``n / fps``."""
+    """Return the number of the latest frame at a time, where frame n is taken at ``n / fps``."""
     return math.floor(now_s * fps + ROUNDING_TOLERANCE)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from input_files.plain import InputFileError, read_bytes
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
 from nxtdrive.recording.run_reader import PastRun
-from nxtdrive.recording.video import slot_of
+from nxtdrive.vision.camera import frame_number
 
 from .replay_data import replay_data
 
@@ -62,7 +62,7 @@ def thinned(camera: CameraPictures, fps: float) -> CameraPictures:
         return camera
     slots: dict[int, Picture] = {}
     for picture in camera.pictures:
-        slots.setdefault(slot_of(picture.t, fps), picture)
+        slots.setdefault(frame_number(picture.t, fps), picture)
     return replace(camera, pictures=tuple(slots.values()))
 
 
