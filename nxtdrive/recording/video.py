@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -16,7 +15,7 @@ from nxtdrive.recording.camera_index import CameraPictures, Picture
 from nxtdrive.recording.output_file import check_replaceable
 from nxtdrive.vision.camera import frame_number
 from nxtdrive.vision.detection import Image
-from nxtdrive.vision.opencv import opencv_name
+from nxtdrive.vision.opencv import configure, opencv_name
 
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
@@ -98,20 +97,19 @@ class VideoRecorder:
             raise ConfigError(
                 f"{self._path}: the video cannot be written ({error.strerror}).", remedy=ELSEWHERE
             ) from None
+        configure()
         opencv_name(self._path, ConfigError)  # the name of its part differs from it only at the end
         height, width = image.shape[:2]
         self._begun = True  # Ctrl-C may come between the file and the writer
-        with _quiet():
-            self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
+        self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             self.abandon()  # else `close` would report another error than this one
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy=ELSEWHERE)
 
     def _write(self, times: int) -> None:
         if self._writer is not None and self._shown is not None:
-            with _quiet():
-                for _ in range(times):
-                    self._writer.write(self._shown)
+            for _ in range(times):
+                self._writer.write(self._shown)
 
 
 def _is_whole(path: Path) -> bool:
@@ -120,17 +118,6 @@ def _is_whole(path: Path) -> bool:
         head = file.read(_HEAD_BYTES)
         end = head.find(_SEGMENT) + len(_SEGMENT) + 8
         return file.seek(0, os.SEEK_END) == end + int.from_bytes(head[end - 7 : end], "big")
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep OpenCV from printing lines for errors that `VideoRecorder` reports once, such as a full disk."""
-    level = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
-    try:
-        yield
-    finally:
-        cv2.utils.logging.setLogLevel(level)
 
 
 Follow = Callable[[Sequence[Picture]], Iterable[Picture]]

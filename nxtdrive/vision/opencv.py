@@ -15,10 +15,10 @@ FFMPEG_LOG = "OPENCV_FFMPEG_LOGLEVEL"
 
 
 def configure() -> None:
-    """Set one thread and no log output; called before cameras and detectors are made, may be repeated.
+    """Set one thread and no log output; called before cameras, detectors and videos are made, may be repeated.
 
     One thread keeps results and times repeatable and leaves the other cores to other programs; the detectors gain
-    little from more (docs/vision.md). Our errors report what OpenCV and its FFmpeg would print about cameras.
+    little from more (docs/vision.md). Our errors report what OpenCV and its FFmpeg would print.
     """
     os.environ.setdefault(FFMPEG_LOG, "-8")  # AV_LOG_QUIET; read when the first video or stream is opened
     cv2.setNumThreads(1)
