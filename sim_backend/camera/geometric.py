@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend.camera.geometric_floor import GeometricFloor
+from sim_backend.camera.lens import motion_blur_px
 from sim_backend.camera.optics import PINHOLE_OPTICS, Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
@@ -246,7 +247,6 @@ class GeometricSensor:
         ends = (in_camera_frame(*panel.centre_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
         upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
         height_px = math.dist(upper, lower)
-        turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._shutter_s))
         return PictureView(
             panel,
             bearing_deg=math.degrees(math.atan2(right, depth)),
@@ -254,7 +254,7 @@ class GeometricSensor:
             height_px=height_px,
             slant_deg=math.degrees(math.acos(min(1.0, cosine))),
             hidden=1.0 - float(np.mean(free)),
-            blur=focal * math.tan(turn) / height_px,
+            blur=motion_blur_px(focal, turn_rate_deg_s, self._shutter_s) / height_px,
         )
 
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from sim_backend.camera.textures import Image
 
 _NOISE_MARGIN = 64
+MAX_SMEAR_DEG = 80.0
+"""Largest turn during an exposure: near 90 degrees the image plane has no place for what was in its middle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class Lens:
     """
 
     def __init__(self, effects: LensEffects, size: tuple[int, int], focal_px: float, seed: int = 0) -> None:
-        self.effects = effects
+        self._effects = effects
         self._size = size
         self._focal_px = focal_px
         self._rng = np.random.default_rng(seed)
@@ -67,32 +69,28 @@ class Lens:
         frame = self._blur(image, turn_rate_deg_s)
         if brightness != 1.0:
             frame = np.asarray(cv2.convertScaleAbs(frame, alpha=brightness), np.uint8)
-        if self.effects.noise:
+        if self._effects.noise:
             frame = self._add_noise(frame)
-        if self.effects.jpeg_quality is not None:
-            frame = _compress(frame, self.effects.jpeg_quality)
+        if self._effects.jpeg_quality is not None:
+            frame = _compress(frame, self._effects.jpeg_quality)
         return frame
 
-    def motion_blur_px(self, turn_rate_deg_s: float) -> float:
-        """Return the length of the motion blur at the centre of the frame."""
-        return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
-
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
-        blur = self.motion_blur_px(turn_rate_deg_s)
+        blur = motion_blur_px(self._focal_px, turn_rate_deg_s, self._effects.shutter_s)
         frame = image
         if blur > 0.5:
             frame = np.asarray(
                 cv2.filter2D(frame, -1, motion_blur_kernel(blur), borderType=cv2.BORDER_REPLICATE), np.uint8
             )
-        if self.effects.softness_px:
-            frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self.effects.softness_px), np.uint8)
+        if self._effects.softness_px:
+            frame = np.asarray(cv2.GaussianBlur(frame, (5, 5), self._effects.softness_px), np.uint8)
         return frame
 
     def _noise_bank(self) -> tuple[Image, Image]:
         """Return noise larger than a frame, its positive and negative parts: two fast saturating sums apply it."""
         width, height = self._size
         shape = (height + _NOISE_MARGIN, width + _NOISE_MARGIN, 3)
-        noise = np.rint(self._rng.normal(0.0, self.effects.noise, shape))
+        noise = np.rint(self._rng.normal(0.0, self._effects.noise, shape))
         return np.maximum(noise, 0).astype(np.uint8), np.maximum(-noise, 0).astype(np.uint8)
 
     def _add_noise(self, frame: Image) -> Image:
@@ -101,6 +99,11 @@ class Lens:
         left, top = (int(offset) for offset in self._rng.integers(0, _NOISE_MARGIN, 2))
         window = (slice(top, top + height), slice(left, left + width))
         return np.asarray(cv2.subtract(cv2.add(frame, self._brighter[window]), self._darker[window]), np.uint8)
+
+
+def motion_blur_px(focal_px: float, turn_rate_deg_s: float, shutter_s: float) -> float:
+    """Return the length of the motion blur at the centre of a frame."""
+    return focal_px * math.tan(math.radians(min(MAX_SMEAR_DEG, abs(turn_rate_deg_s) * shutter_s)))
 
 
 def motion_blur_kernel(length_px: float) -> NDArray[np.float32]:
