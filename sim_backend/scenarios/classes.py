@@ -1,8 +1,8 @@
 """Classes of scenarios: class and seed determine the room, its events and everything else.
 
 The robot's own actions trigger the events ("once lena has been in view for 1.2 s and the robot is more than a metre
-away, a person steps in between"), so that every profile faces the same test. Only outages of the link, patrols,
-and sensors and wheels that fail are timed.
+away, a person steps in between"), so that every profile faces the same test. Only outages of the link, people and
+pictures that move to and fro, and sensors and wheels that fail are timed.
 
 Source of the classes and their ranges: docs/evaluation.md.
 """

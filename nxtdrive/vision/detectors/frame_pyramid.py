@@ -38,8 +38,8 @@ exceed, and never below this value."""
 
 NEXT_TO, SOFT, NEAR, LARGE_GLARE, LARGE_RIM = (np.ones((side, side), np.uint8) for side in (3, 5, 7, 9, 17))
 AROUND_PX, RISE = 21, 60
-"""The rim of glare is this much brighter than the mean of its surroundings; it is up to half of `NEAR` wide, and half
-of `LARGE_RIM` around white of the size `LARGE_GLARE`; in pixels of the finest level."""
+"""The rim of glare is this much brighter than the mean of its surroundings; it is up to 3 pixels of the finest level
+wide, 4 around white that `LARGE_GLARE` fits into."""
 
 OVEREXPOSED = 0.2
 """From this share of white pixels on, the picture is compared as an overexposed frame shows it."""
