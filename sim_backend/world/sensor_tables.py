@@ -14,6 +14,7 @@ from sim_backend.world.toml_types import (
     Offset,
     Paint,
     Point,
+    Positive,
     Seconds,
     Size,
     Table,
@@ -80,7 +81,7 @@ class Sound(Table):
     at_mm: Point
     level_db: Annotated[float, Field(ge=0, le=130)]
     from_s: Seconds = 0.0
-    for_s: Length | None = None
+    for_s: Positive | None = None
 
 
 class Magnet(Table):

@@ -17,7 +17,9 @@ MIN_SIZE = 1e-3
 """A micrometre, or a gram: products of much smaller sizes and masses are 0."""
 LONGEST_S = 1e6
 """Eleven days, more than any simulation runs."""
-Length = Annotated[float, Field(ge=MIN_SIZE, le=FARTHEST_MM)]
+Positive = Annotated[float, Field(ge=MIN_SIZE, le=FARTHEST_MM)]
+"""A mass, a speed or another quantity that is more than 0."""
+Length = Positive
 Size = Annotated[tuple[Length, Length], Strict(False)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]

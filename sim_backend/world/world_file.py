@@ -25,6 +25,7 @@ from sim_backend.world.toml_types import (
     Paint,
     Percent,
     Point,
+    Positive,
     Size,
     Table,
 )
@@ -134,7 +135,7 @@ class Carpet(Table):
     at_mm: Point
     size_mm: Size
     facing_deg: Direction = 0.0
-    grip: Length = 0.9
+    grip: Positive = 0.9
     drag_nm: Annotated[float, Field(ge=0, le=0.2)] = 0.0
     slip: Slip = Slip()
 
@@ -168,8 +169,8 @@ class Robot(Table):
     radius_mm: Annotated[float, Field(ge=MIN_RADIUS_MM, le=500)] = 115.0
     wheel_diameter_mm: Annotated[float, Field(ge=10, le=300)] = 56.0
     track_mm: Annotated[float, Field(ge=30, le=600)] = 112.0
-    mass_kg: Length = 0.75
-    grip: Length = 0.9
+    mass_kg: Positive = 0.75
+    grip: Positive = 0.9
     motor_mismatch_percent: Annotated[float, Field(ge=-50, le=50)] = 1.5
     battery_mv: Annotated[int, Field(ge=5000, le=10000)] = 8000
     battery_ohm: Annotated[float, Field(ge=0, le=10)] = 0.0
@@ -273,7 +274,7 @@ class Box(Table):
     size_mm: Size
     height_mm: Length
     facing_deg: Direction = 0.0
-    mass_kg: Length | None = None
+    mass_kg: Positive | None = None
     absorbs: bool = False
     texture: Name = "carton"
     present: bool = True
@@ -293,7 +294,7 @@ class Person(Table):
     enters_from_mm: Point
     radius_mm: Length = 180.0
     height_mm: Length = 1700.0
-    speed_mm_s: Length = 800.0
+    speed_mm_s: Positive = 800.0
     absorbs: bool = False
     texture: Name = "person_blue"
 
