@@ -19,6 +19,7 @@ class GridTuning:
         hint: Log odds above which a cell may be occupied.
         solid: Log odds above which a cell is occupied.
         most: The highest log odds of a cell; those of free cells are negative.
+        most_hint: The highest log odds that hints leave: by themselves they make no cell occupied.
         free_echo: An echo from beyond a cell lowers its log odds by this.
         passed: A farther echo does not come from a cell with log odds below minus this, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
@@ -73,6 +74,7 @@ class GridTuning:
     hint: float = 0.3
     solid: float = 1.5
     most: float = 3.0
+    most_hint: float = solid - 0.1
     free_echo: float = 0.35
     passed: float = 0.3
     explains: float = 0.8

@@ -135,7 +135,7 @@ class OccupancyGrid:
         hit = cone.arc(range_mm, CELL_MM * TUNING.arc_cells) & (np.abs(cone.off_deg) <= TUNING.arc_deg)
         gain, most = TUNING.hit_near, TUNING.most
         if range_mm > TUNING.near_mm:
-            gain, most = TUNING.hit_far, TUNING.solid - 0.1
+            gain, most = TUNING.hit_far, TUNING.most_hint
             for likelier in (hit & (cells > -TUNING.passed), cone.arc(range_mm, CELL_MM) & (cells > TUNING.explains)):
                 hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
@@ -183,7 +183,7 @@ class OccupancyGrid:
         cells = self.log_odds[window]
         free &= ~ends & ~(self._unseen[window] & (cells > 0.0))
         cells[free] = np.maximum(cells[free] - TUNING.free_seen, TUNING.freest)
-        most = np.where(exact, TUNING.most, TUNING.solid - 0.1)[ends]
+        most = np.where(exact, TUNING.most, TUNING.most_hint)[ends]
         cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + TUNING.hit_seen, most))
         self.seen[window] |= exact
         self._add_floor_like(lens, view)
@@ -213,7 +213,7 @@ class OccupancyGrid:
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
         gain = TUNING.hit_floor_like * (1.0 - self._floor_like / self._rays) * share
-        limit = np.maximum(self.log_odds[i, j], TUNING.solid - 0.1)
+        limit = np.maximum(self.log_odds[i, j], TUNING.most_hint)
         raised = np.minimum(self.log_odds[i, j] + gain.astype(np.float32), limit)
         np.maximum.at(self.log_odds, (i, j), raised)  # a frame counts once in a cell that several rays cross
 
