@@ -40,11 +40,13 @@ class GridTuning:
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
         decay_s: Log odds fall to 1/e in this time: things move, and odometry drifts.
+        decay_every_s: They fall in steps of more than this time.
         appeared_decay_s: Those of an obstacle that stopped the robot where the floor had been free do so in this time:
             it appeared there and may leave again.
         appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
             clear it.
+        block_beyond: Its middle is marked this share of that radius beyond the place of the echo or the contact.
         block: Log odds of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the log odds of a cell by this.
         hit_seen: The end of the floor in a frame raises those of its cell by this.
@@ -93,9 +95,11 @@ class GridTuning:
     behind: float = 0.1
     unknown_hides_mm: float = 2500.0
     decay_s: float = 240.0
+    decay_every_s: float = 1.0
     appeared_decay_s: float = 45.0
     appeared_cells: tuple[float, ...] = (0.5, 1.5)
     block_radius_mm: float = 250.0
+    block_beyond: float = 0.6
     block: float = 2.2
     free_seen: float = 0.5
     hit_seen: float = 0.8

@@ -109,7 +109,7 @@ class OccupancyGrid:
 
     def decay(self, now_s: float) -> None:
         """Let old evidence decay."""
-        if now_s - self._time_s > 1.0:
+        if now_s - self._time_s > TUNING.decay_every_s:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
                 self._was_free |= self._swept & (self.log_odds < TUNING.freest_no_echo)
@@ -300,7 +300,7 @@ class OccupancyGrid:
             window, inside = self.cells.disc(*saw, TUNING.grazed_mm)
         # if the mark was that large before and the robot kept away from it, it has met something else
         if saw is None or (self.log_odds[window][inside] > TUNING.solid).all():
-            place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * 0.6)
+            place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * TUNING.block_beyond)
             self.include(place, margin_mm=TUNING.block_radius_mm)
             window, inside = self.cells.disc(*place, TUNING.block_radius_mm)
             self._unseen[window] |= inside

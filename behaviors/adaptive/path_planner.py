@@ -36,6 +36,9 @@ class PlannerTuning:
         narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
             looks narrower on the map than it is.
         frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
+        straight: A straight line replaces a path if it costs no more than this many times as much, plus
+            `straight_cells`; a path on the grid has corners of 45 degrees and is up to 8 % longer.
+        straight_cells: See `straight`; in cells of free floor.
         together: Paths whose costs differ by no more than this grow at the same time, which changes the speed only.
     """
 
@@ -53,6 +56,8 @@ class PlannerTuning:
     touched: float = 0.05
     narrow: float = 15.0
     frontier_cells: int = 5
+    straight: float = 1.02
+    straight_cells: float = 0.5
     together: float = 8.0
 
 
@@ -167,9 +172,8 @@ class PathPlanner:
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
-        length = math.dist(one, other)
-        # on the grid a path has corners of 45 degrees and is up to 8 % longer
-        return float(np.mean(self._cost[i, j])) * length <= 1.02 * float(self._field[other] - self._field[one]) + 0.5
+        cost = float(np.mean(self._cost[i, j])) * math.dist(one, other)
+        return cost <= TUNING.straight * float(self._field[other] - self._field[one]) + TUNING.straight_cells
 
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
