@@ -125,7 +125,7 @@ def _same_place(one: Point, other: Point) -> bool:
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:
-    """Return the distance of a point from the line between two others."""
+    """Return the distance of a point from the line segment between two others."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length2 = dx * dx + dy * dy
     share = 0.0 if length2 == 0 else ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / length2

@@ -77,7 +77,7 @@ class FollowPathSkill:
 
     Args:
         perception: What to work with.
-        route: Waypoints. It ends early when the target is seen and the straight path to it is free.
+        route: Waypoints. The robot stops early when it sees the target and the straight path to it is free.
     """
 
     def __init__(self, perception: Perception, route: tuple[Point, ...]) -> None:

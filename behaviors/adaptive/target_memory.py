@@ -134,17 +134,17 @@ class TargetMemory:
             name: Belief(self.detection_range_mm[name], self.half_view_deg, likely) for name in mission.mission.targets
         }
         self._unseen: dict[str, _Unseen] = {}
-        self._renewed_s: float | None = None
+        self._decayed_s: float | None = None
         self._looked_from: dict[str, list[Point]] = {}
 
     def decay(self, now_s: float) -> None:
         """Let the beliefs age."""
-        if self._renewed_s is None:
-            self._renewed_s = now_s
-        elif now_s - self._renewed_s >= TUNING.decay_every_s:
+        if self._decayed_s is None:
+            self._decayed_s = now_s
+        elif now_s - self._decayed_s >= TUNING.decay_every_s:
             for belief in self.beliefs.values():
-                belief.decay(now_s - self._renewed_s)
-            self._renewed_s = now_s
+                belief.decay(now_s - self._decayed_s)
+            self._decayed_s = now_s
 
     def look(self, looked_for: Sequence[str], glimpse: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
         """Update with a frame.
