@@ -44,6 +44,7 @@ MEASURED = {
     "looks": "{:g} looks",
     "stops": "{:g} stops",
     "scan_s": "scanned for {:.1f} s",
+    "rescan_s": "looked again for {:.1f} s",
     "waited_s": "waited for {:.1f} s",
     "unseen_s": "not seen for {:.1f} s",
     "range_mm": "sonar {:.0f} mm",
@@ -52,6 +53,7 @@ MEASURED = {
     "remembered": "it is on the map",
     "sudden": "it appeared suddenly",
     "touching": "it touches the bumper",
+    "touched": "the robot touched it",
 }
 """How measurements of a failure are written; of those that are yes or no only the first."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}

@@ -14,6 +14,8 @@ from nxtdrive.recording.wording import evidence_lines, measured_words, reason_wo
         ({"unseen_s": 2.0, "range_mm": 70.4, "touching": False}, "not seen for 2.0 s, sonar 70 mm"),
         ({"range_mm": None, "hides": True}, "hides the target"),
         ({"turned_deg": 12.3, "odds": 1.5}, "turned 12 deg, odds 1.5"),
+        ({"rescan_s": 5.25}, "looked again for 5.2 s"),
+        ({"range_mm": 70.4, "touched": True, "hides": False}, "sonar 70 mm, the robot touched it"),
         ({}, ""),
     ],
 )
