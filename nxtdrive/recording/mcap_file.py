@@ -105,7 +105,7 @@ def write_mcap(run: PastRun, camera: CameraPictures | None, path: Path) -> int:
 
 
 def _channels(writer: Writer) -> dict[str, int]:
-    """Declare all topics; returns their numbers."""
+    """Declare all topics and return their numbers."""
     schemas = {
         name: writer.register_schema(name, "jsonschema", json.dumps({"title": name, **schema}).encode())
         for name, schema in SCHEMAS.items()

@@ -43,7 +43,7 @@ def draft(path: Path, content: bytes) -> Iterator[Path]:
         path: The other file. The draft has its suffix, and its permissions if it exists.
         content: What the draft has.
 
-    Returns:
+    Yields:
         The draft; it is removed afterwards if it is still there.
 
     Raises:

@@ -170,8 +170,8 @@ class ReplayCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """Return the picture that is due; see `Camera.read`."""
-        wanted = self._index + 1 if self._fps is None else self._wait_for_due(self._fps, timeout_s)
+        """Return the next picture, at its time; see `Camera.read`."""
+        wanted = self._index + 1 if self._fps is None else self._await_next(self._fps, timeout_s)
         image = next(islice(self._images, wanted - self._index - 1, None), None)
         if image is None:
             raise EndOfFrames(f"{self._name} is at its end.", remedy="Open it again to start over.")
@@ -183,14 +183,14 @@ class ReplayCamera:
         self._images = iter(())
         self._close()
 
-    def _wait_for_due(self, fps: float, timeout_s: float) -> int:
+    def _await_next(self, fps: float, timeout_s: float) -> int:
         """Wait for the time of the next picture and return its number."""
         now_s = self._clock.now()
         if self._started_s is None:
             self._started_s = now_s
-        due = frame_number(now_s - self._started_s, fps)
-        if due > self._index:
-            return due
+        number = frame_number(now_s - self._started_s, fps)
+        if number > self._index:
+            return number
         wait_s = self._started_s + (self._index + 1) / fps - now_s
         self._clock.sleep(min(wait_s, timeout_s))
         if wait_s > timeout_s:

@@ -53,7 +53,7 @@ class LiveCamera:
         name: For messages, e.g. "camera 0".
         remedy: What to do when it gives nothing.
         open_capture: Opens the device; called in the camera's own thread.
-        clock: The mission's time; asked in the camera's own thread.
+        clock: The mission's time; read in the camera's own thread.
         open_timeout_s: Longest wait for the first frame.
 
     Raises:
@@ -67,7 +67,7 @@ class LiveCamera:
         self._remedy = remedy
         self._open_capture = open_capture
         self._clock = clock
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._closing = threading.Event()
         self._latest: Frame | None = None
         self._given = -1
@@ -79,8 +79,8 @@ class LiveCamera:
         atexit.register(self._end, END_WITHIN_S)
         threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True).start()
         try:
-            with self._news:
-                self._news.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
+            with self._changed:
+                self._changed.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
                 first = self._latest
             if first is None:
                 raise CameraError(f"{name} gives no frames.", remedy=remedy)
@@ -97,8 +97,8 @@ class LiveCamera:
     def read(self, timeout_s: float) -> Frame:
         """Return the latest frame, none from before a stall; see `Camera.read`."""
         oldest_s = self._clock.now() - STALE_S
-        with self._news:
-            frame = self._news.wait_for(lambda: self._fresh(oldest_s), timeout_s)
+        with self._changed:
+            frame = self._changed.wait_for(lambda: self._fresh(oldest_s), timeout_s)
             if frame is None:
                 raise CameraError(f"{self._name} gave no frame for {timeout_s:g} s.", remedy=self._remedy)
             self._given = frame.index
@@ -130,9 +130,9 @@ class LiveCamera:
         try:
             while not self._closing.is_set():
                 self._open_and_grab()
-                with self._news:
+                with self._changed:
                     self._failed = True
-                    self._news.notify_all()
+                    self._changed.notify_all()
                 self._closing.wait(REOPEN_AFTER_S)
         finally:
             self._ended.set()
@@ -158,10 +158,10 @@ class LiveCamera:
                 return
             if image is None:
                 return
-            with self._news:
+            with self._changed:
                 index = 0 if self._latest is None else self._latest.index + 1
                 self._latest = frame = Frame(image, self._clock.now(), index)
-                self._news.notify_all()
+                self._changed.notify_all()
             self._show(frame)
 
     def _show(self, frame: Frame) -> None:

@@ -15,7 +15,7 @@ from sim_backend.camera.textures import Image, TextureLibrary
 class SimCamera:
     """Frames of a webcam at a viewpoint.
 
-    It has no clock: the simulation requests a frame when one is due. The same seed and sequence of calls give the same
+    It has no clock: the simulation requests each frame at its time. The same seed and sequence of calls give the same
     frames.
 
     Args:

@@ -52,7 +52,7 @@ RIGHT_STOP = MarkStyle("arrival that counts", ARRIVE, "star")
 
 
 def draw_true_map(trace: EpisodeTrace, title: str) -> Image.Image:
-    """Draw the map of one mission; returns an RGB picture."""
+    """Draw the map of one mission, an RGB picture."""
     return draw_page(true_map_page(trace, title))
 
 

@@ -298,7 +298,7 @@ def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Miss
 @contextmanager
 def _open_recorded(source: RecordedRun) -> Iterator[tuple[Mission, Simulation, Run]]:
     with open_robot(source.nxt, source.camera) as robot:
-        # the run was recorded, and a camera that is watched takes each frame when it is due
+        # the run was recorded, and a camera that is watched takes each frame at its time
         robot.watch(lambda _: None)
 
         def run(observers: Observers, make_profile: MakeProfile) -> Report:

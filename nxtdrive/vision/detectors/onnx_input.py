@@ -82,9 +82,9 @@ def image_input(file: OnnxFile, open_size: int) -> ImageInput:
             if batch:
                 width, height = width or open_size, height or open_size
             return ImageInput(tensor, channels_first, width, height, sizes[0] if sizes else None)
-    told_inputs = ", ".join(f"{one.name} {one.dtype} {one.shape}" for one in file.inputs[:10])
+    inputs = ", ".join(f"{one.name} {one.dtype} {one.shape}" for one in file.inputs[:10])
     remedy = f"Export it with one image as input, 1x3 x height x width of at most {LARGEST} pixels each way."
-    raise ConfigError(f"{file.path} takes something other than one image: {told_inputs}.", remedy=remedy)
+    raise ConfigError(f"{file.path} takes something other than one image: {inputs}.", remedy=remedy)
 
 
 def fitted(image: Image, size: tuple[int, int], *, stretched: bool) -> tuple[Image, np.ndarray[Any, Any]]:
@@ -94,8 +94,10 @@ def fitted(image: Image, size: tuple[int, int], *, stretched: bool) -> tuple[Ima
     if not stretched:
         scale[:] = scale.min()
     inner = max(1, round(image.shape[1] * scale[0])), max(1, round(image.shape[0] * scale[1]))
-    way = cv2.INTER_AREA if scale.max() < 1 else cv2.INTER_LINEAR
-    small = np.asarray(image if inner == image.shape[1::-1] else cv2.resize(image, inner, interpolation=way), np.uint8)
+    interpolation = cv2.INTER_AREA if scale.max() < 1 else cv2.INTER_LINEAR
+    small = np.asarray(
+        image if inner == image.shape[1::-1] else cv2.resize(image, inner, interpolation=interpolation), np.uint8
+    )
     if inner == size:
         return small, scale
     framed = np.full((height, width, 3), GRAY, np.uint8)

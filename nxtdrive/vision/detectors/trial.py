@@ -13,7 +13,7 @@ MAX_MEMORY = 4_000_000_000
 
 
 def run_trial(program: Path, *words: str, limit_s: float) -> subprocess.CompletedProcess[bytes] | None:
-    """Run a program of this package in a process of its own; returns how it ended, None after `limit_s`."""
+    """Run a program of this package in a process of its own; return how it ended, None after `limit_s`."""
     # -P: the folder of the program is not a place for modules
     command = [sys.executable, "-P", str(program), *words]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
