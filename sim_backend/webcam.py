@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sim_backend.camera.metering import Metering
 
 if TYPE_CHECKING:
-    from sim_backend.camera.geometric import GeometricSensor, Quad
+    from sim_backend.camera.geometric import GeometricDetector, Quad
     from sim_backend.camera.optics import Optics
     from sim_backend.camera.scene import Panel, Viewpoint
     from sim_backend.camera.sim_camera import SimCamera
@@ -121,7 +121,7 @@ class Webcam:
             return None
         brightness = seen.brightness if self._adapts else 1.0
         view = (seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
-        return self._sensor.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
+        return self._detector.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
 
     def floor_ends(self) -> NDArray[np.float64]:
         """Simulate the detector of the free floor on the frame that was observed last.
@@ -131,7 +131,7 @@ class Webcam:
         """
         if self._seen is None:
             return np.empty((0, 2))
-        return self._sensor.floor_ends(self._seen.panels, self._seen.viewpoint, self._seen.turn_rate_deg_s)
+        return self._detector.floor_ends(self._seen.panels, self._seen.viewpoint, self._seen.turn_rate_deg_s)
 
     @property
     def pictures(self) -> frozenset[str]:
@@ -141,7 +141,7 @@ class Webcam:
     @property
     def generator(self) -> Random:
         """The random generator of geometric vision."""
-        return self._sensor.generator
+        return self._detector.generator
 
     @property
     def unplugged(self) -> bool:
@@ -184,11 +184,11 @@ class Webcam:
         return image
 
     @cached_property
-    def _sensor(self) -> GeometricSensor:
-        from sim_backend.camera.geometric import GeometricSensor
+    def _detector(self) -> GeometricDetector:
+        from sim_backend.camera.geometric import GeometricDetector
 
         shutter_s = self._world.file.camera.shutter_s
-        return GeometricSensor(self.size, self.hfov_deg, self._seed, shutter_s=shutter_s, optics=self._optics)
+        return GeometricDetector(self.size, self.hfov_deg, self._seed, shutter_s=shutter_s, optics=self._optics)
 
     @cached_property
     def _camera(self) -> SimCamera:

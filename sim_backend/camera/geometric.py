@@ -135,7 +135,7 @@ class PictureView:
     blur: float
 
 
-class GeometricSensor:
+class GeometricDetector:
     """Simulates detections without rendering. The same seed and calls give the same results.
 
     Args:
@@ -147,6 +147,7 @@ class GeometricSensor:
         optics: Distortion of the lens, and shutter.
 
     Attributes:
+        pinhole: Frames and focal length.
         generator: Its random generator.
     """
 
@@ -188,9 +189,9 @@ class GeometricSensor:
         Returns:
             The corners of the picture with the detector's errors; None without a detection.
         """
-        for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
-            if self.generator.random() < self.hit_rate(sight) * self._model.visibility(brightness):
-                return self._report(sight, viewpoint, turn_rate_deg_s, farthest_mm)
+        for view in self.views(panels, viewpoint, name, turn_rate_deg_s):
+            if self.generator.random() < self.hit_rate(view) * self._model.visibility(brightness):
+                return self._report(view, viewpoint, turn_rate_deg_s, farthest_mm)
         return None
 
     def floor_ends(
@@ -212,19 +213,19 @@ class GeometricSensor:
         inside = (u >= 0.0) & (u < self.pinhole.width) & (v >= 0.0) & (v < self.pinhole.height)
         return np.asarray(np.stack([u, v], axis=1)[inside])
 
-    def sights(
+    def views(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
     ) -> list[PictureView]:
         """Return how every picture with that texture looks from the front, nearest first; arguments as in `observe`."""
-        found = [self._sight(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
-        return sorted((sight for sight in found if sight is not None), key=lambda sight: sight.distance_mm)
+        found = [self._view(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
+        return sorted((view for view in found if view is not None), key=lambda view: view.distance_mm)
 
     def hit_rate(self, view: PictureView) -> float:
         """Return the probability that a picture with this appearance is detected in one frame, 0..1."""
         work_px = view.height_px * WORK_WIDTH_PX / self.pinhole.width
         return self._model.hit_rate(work_px, view.slant_deg, view.hidden, view.blur)
 
-    def _sight(
+    def _view(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
     ) -> PictureView | None:
         """Return the appearance of the front of a picture; None from behind, too near or completely hidden."""
@@ -258,7 +259,7 @@ class GeometricSensor:
         )
 
     def _in_frame(self, points: Points, viewpoint: Viewpoint) -> NDArray[np.bool_]:
-        """Mask of the points (n, 3) inside the frame."""
+        """Return which of the points, (n, 3), are inside the frame."""
         right, down, depth = in_camera_frame(points[:, 0], points[:, 1], points[:, 2], viewpoint)
         if self._optics.distortion_k1:
             stretch = self._optics.stretch((right**2 + down**2) / depth**2)
@@ -307,7 +308,7 @@ def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Poi
 
 @lru_cache(maxsize=64)
 def _grid(panel: Panel) -> Points:
-    """Sample points on a panel, (n, 3): x, y, height."""
+    """Return sample points on a panel, (n, 3): x, y, height."""
     across, along = (axis.ravel() for axis in np.meshgrid(SHARES, SHARES))
     return np.stack(
         [
@@ -320,7 +321,7 @@ def _grid(panel: Panel) -> Points:
 
 
 def _covered(points: Points, picture: Panel, panels: Sequence[Panel], viewpoint: Viewpoint) -> NDArray[np.bool_]:
-    """Mask of the points that another panel hides: in plan view it crosses the line of sight, at a height it covers."""
+    """Return which points another panel hides: in plan view it crosses the line of sight, at a height it covers."""
     others = [(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm, p.top_mm) for p in panels if p is not picture]
     if not others:
         return np.zeros(len(points), np.bool_)

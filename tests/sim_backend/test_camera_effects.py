@@ -13,7 +13,7 @@ from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricDetector
 from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.metering import Metering
 from sim_backend.camera.optics import Optics
@@ -42,7 +42,7 @@ def outline(frame):
 
 
 def quad(panel, optics, turn_rate_deg_s=0.0, viewpoint=ORIGIN):
-    return GeometricSensor(SIZE, model=ALWAYS, optics=optics).observe(
+    return GeometricDetector(SIZE, model=ALWAYS, optics=optics).observe(
         [panel], viewpoint, panel.texture, turn_rate_deg_s
     )
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_backend.camera.geometric import DetectorModel, Falloff, GeometricSensor
+from sim_backend.camera.geometric import DetectorModel, Falloff, GeometricDetector
 from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.scene import Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
@@ -26,7 +26,7 @@ def red(tmp_path_factory):
 
 
 def quad(panel, viewpoint, size=SIZE):
-    return GeometricSensor(size, model=ALWAYS).observe([panel], viewpoint, panel.texture)
+    return GeometricDetector(size, model=ALWAYS).observe([panel], viewpoint, panel.texture)
 
 
 def world(**camera):

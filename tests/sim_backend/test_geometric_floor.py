@@ -7,7 +7,7 @@ from statistics import pstdev
 import numpy as np
 import pytest
 
-from sim_backend.camera.geometric import GeometricSensor
+from sim_backend.camera.geometric import GeometricDetector
 from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_MODEL, FloorModel, GeometricFloor
 from sim_backend.camera.optics import Optics
 from sim_backend.camera.projection import Pinhole
@@ -57,8 +57,8 @@ def test_a_thing_on_legs_hides_only_the_floor_behind_it():
 
 @pytest.mark.parametrize("ahead_mm", range(30, 350, 5))
 def test_a_barrel_shows_no_floor_that_ends_far_below_the_frame(ahead_mm):
-    sensor = GeometricSensor(optics=Optics(distortion_k1=-0.25))
-    assert not len(sensor.floor_ends([wall(ahead_mm)], ORIGIN))
+    detector = GeometricDetector(optics=Optics(distortion_k1=-0.25))
+    assert not len(detector.floor_ends([wall(ahead_mm)], ORIGIN))
 
 
 def test_what_is_behind_the_camera_hides_nothing():
@@ -96,11 +96,11 @@ def test_of_several_such_things_the_one_that_looks_highest_ends_the_floor():
 
 @pytest.mark.parametrize("readout_s", [0.0, 0.03])
 def test_what_goes_on_beyond_the_frame_ends_at_its_upper_edge(readout_s):
-    sensor = GeometricSensor(optics=Optics(readout_s=readout_s))
-    within = sensor.floor_ends([crate(1000.0, 400.0)], ORIGIN, turn_rate_deg_s=20.0)
+    detector = GeometricDetector(optics=Optics(readout_s=readout_s))
+    within = detector.floor_ends([crate(1000.0, 400.0)], ORIGIN, turn_rate_deg_s=20.0)
     assert len(within) >= 22
     assert all(0.0 < v < 120.0 for _, v in within)
-    beyond = sensor.floor_ends([crate(1000.0, 2400.0)], ORIGIN, turn_rate_deg_s=20.0)
+    beyond = detector.floor_ends([crate(1000.0, 2400.0)], ORIGIN, turn_rate_deg_s=20.0)
     assert len(beyond) >= 22
     assert {v for _, v in beyond} == {0.0}
 
@@ -143,11 +143,11 @@ def test_errors_are_as_large_as_the_model_predicts():
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480)])
 def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_model_predicts(size):
-    sensor, scale = GeometricSensor(size), size[0] / 320
+    detector, scale = GeometricDetector(size), size[0] / 320
     row = size[1] / 2 + Pinhole(*size, 60.0).focal_px * 200.0 / 1000.0
     errors = []
     for _ in range(50):
-        ends = sensor.floor_ends([wall(1000.0)], ORIGIN)
+        ends = detector.floor_ends([wall(1000.0)], ORIGIN)
         assert [u for u, _ in ends] == pytest.approx([(column + 0.5) / 24 * size[0] for column in range(24)])
         errors += [(v - row) / scale for _, v in ends]
     usual = [error for error in errors if abs(error) < 4 * FLOOR_MODEL.row_sd_px]
@@ -157,20 +157,20 @@ def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_model_predicts(size
 
 def test_the_same_seed_sees_the_same():
     def looks(seed):
-        sensor = GeometricSensor(seed=seed)
-        return [sensor.floor_ends([wall(1000.0)], ORIGIN).tolist() for _ in range(5)]
+        detector = GeometricDetector(seed=seed)
+        return [detector.floor_ends([wall(1000.0)], ORIGIN).tolist() for _ in range(5)]
 
     assert looks(1) == looks(1)
     assert looks(1) != looks(2)
 
 
 def test_what_ends_below_the_frame_is_left_out():
-    sensor = GeometricSensor()
-    assert len(sensor.floor_ends([wall(400.0)], ORIGIN)) == 0
-    partly = sensor.floor_ends([wall(2000.0), wall(400.0, half_mm=100.0)], ORIGIN)
+    detector = GeometricDetector()
+    assert len(detector.floor_ends([wall(400.0)], ORIGIN)) == 0
+    partly = detector.floor_ends([wall(2000.0), wall(400.0, half_mm=100.0)], ORIGIN)
     assert 10 <= len(partly) < 24
     for ahead_mm in (430.0, 460.0, 465.0, 500.0):
-        assert all(0.0 <= v < 240.0 for _ in range(50) for _, v in sensor.floor_ends([wall(ahead_mm)], ORIGIN))
+        assert all(0.0 <= v < 240.0 for _ in range(50) for _, v in detector.floor_ends([wall(ahead_mm)], ORIGIN))
 
 
 @pytest.mark.parametrize(("x_mm", "heading_deg"), [(0.0, 0.0), (2000.0, 180.0)])

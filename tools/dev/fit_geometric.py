@@ -24,7 +24,7 @@ from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor, PictureView
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricDetector, PictureView
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
@@ -57,7 +57,7 @@ class Setup:
 class Trial:
     """The true geometry and the detector's errors: bearing in degrees, and log of the distance ratio."""
 
-    sight: PictureView
+    view: PictureView
     setup: Setup
     errors: tuple[float, float] | None
 
@@ -68,7 +68,7 @@ class BenchSetup:
     def __init__(self, seed: int) -> None:
         self._rng = random.Random(seed)  # noqa: S311 - a repeatable draw
         self._camera = SimCamera(SIZE, seed=seed, textures=TextureLibrary(seed))
-        self._sensor = GeometricSensor(SIZE)
+        self._detector = GeometricDetector(SIZE)
         self._pinhole = Pinhole.from_hfov(SIZE[0], 60.0)
         self._targets: dict[str, TargetDetector] = {
             name: make_detector({"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")]})
@@ -86,17 +86,17 @@ class BenchSetup:
         panels = [*self._walls(setup.distance_mm), picture]
         if setup.covered:
             panels.append(self._cover(picture, setup.covered))
-        sights = self._sensor.sights(panels, LENS, name, setup.turn_rate_deg_s)
-        if not sights:
+        views = self._detector.views(panels, LENS, name, setup.turn_rate_deg_s)
+        if not views:
             return None
         image = self._camera.frame(panels, LENS, setup.turn_rate_deg_s, setup.brightness)
-        return Trial(sights[0], setup, self._errors(name, image, sights[0]))
+        return Trial(views[0], setup, self._errors(name, image, views[0]))
 
-    def _errors(self, name: str, image: np.ndarray, sight: PictureView) -> tuple[float, float] | None:
+    def _errors(self, name: str, image: np.ndarray, view: PictureView) -> tuple[float, float] | None:
         target = self._targets[name]
         for one in target.detector.detect(image):
             bearing_deg, distance_mm = self._pinhole.locate(one, target.height_mm)
-            error, ratio = bearing_deg - sight.bearing_deg, distance_mm / sight.distance_mm
+            error, ratio = bearing_deg - view.bearing_deg, distance_mm / view.distance_mm
             if abs(error) <= SAME_BEARING_DEG and 1 / SAME_DISTANCE <= ratio <= SAME_DISTANCE:
                 return error, math.log(ratio)
         return None
@@ -163,7 +163,7 @@ def fit_model(trials: int) -> DetectorModel:
     glaring = sweep(bench, trials, lambda: Setup(near(), brightness=2 ** rng.uniform(0.0, 3.0)))
 
     def curve(done: list[Trial], quantity: Callable[[PictureView], float], sign: int) -> Falloff:
-        return fit([quantity(trial.sight) for trial in done], [trial.errors is not None for trial in done], sign)
+        return fit([quantity(trial.view) for trial in done], [trial.errors is not None for trial in done], sign)
 
     def light(done: list[Trial], sign: int) -> Falloff:
         levels = [math.log2(trial.setup.brightness) for trial in done]
@@ -171,10 +171,10 @@ def fit_model(trials: int) -> DetectorModel:
 
     errors = [trial.errors for trial in sizes if trial.errors is not None]
     return DetectorModel(
-        log2_height=curve(sizes, lambda sight: math.log2(sight.height_px), -1),
-        slant_deg=curve(slants, lambda sight: sight.slant_deg, 1),
-        hidden=curve(covered, lambda sight: sight.hidden, 1),
-        blur=curve(turning, lambda sight: sight.blur, 1),
+        log2_height=curve(sizes, lambda view: math.log2(view.height_px), -1),
+        slant_deg=curve(slants, lambda view: view.slant_deg, 1),
+        hidden=curve(covered, lambda view: view.hidden, 1),
+        blur=curve(turning, lambda view: view.blur, 1),
         bearing_sd_deg=round(pstdev(bearing for bearing, _ in errors), 3),
         dark=light(dim, -1),
         glare=light(glaring, 1),

@@ -12,7 +12,7 @@ from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.geometry import Mounting, Pinhole
 from nxtdrive.vision.target_vision import CameraVision, GeometricVision
-from sim_backend.camera.geometric import GeometricSensor
+from sim_backend.camera.geometric import GeometricDetector
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 
@@ -194,7 +194,7 @@ class Place:
         self.panels = [Panel(2000.0, -9000.0, 2000.0, 9000.0, 0.0, 2500.0, "wall")]
         self.panels += standing_panels(corners, 300.0, "blue_box")
         self.viewpoint = Viewpoint(0.0, 0.0, 0.0, 200.0, tilt_deg)
-        self.size, self.sensor = size, GeometricSensor(size, seed=2)
+        self.size, self.sensor = size, GeometricDetector(size, seed=2)
 
     def observe(self, name):
         return None

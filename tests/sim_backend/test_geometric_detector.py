@@ -9,7 +9,7 @@ from nxtdrive.vision.detection import Detection, box_of
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricDetector
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 
@@ -28,8 +28,8 @@ def located(quad, size=(320, 240)):
 
 
 def rate(panels, turn_rate_deg_s=0.0, viewpoint=ORIGIN, looks=200):
-    sensor = GeometricSensor(seed=5)
-    return fmean(sensor.observe(panels, viewpoint, "lena", turn_rate_deg_s) is not None for _ in range(looks))
+    detector = GeometricDetector(seed=5)
+    return fmean(detector.observe(panels, viewpoint, "lena", turn_rate_deg_s) is not None for _ in range(looks))
 
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480)])
@@ -38,7 +38,7 @@ def test_bearing_distance_and_corners_are_those_of_the_pinhole(size, distance_mm
     viewpoint = Viewpoint(-400.0, 900.0, 77.0, 200.0)
     direction = math.radians(77.0 + bearing_deg)
     panel = lena(-400.0 + distance_mm * math.cos(direction), 900.0 + distance_mm * math.sin(direction), 257.0)
-    quad = GeometricSensor(size, model=ALWAYS).observe([panel], viewpoint, "lena")
+    quad = GeometricDetector(size, model=ALWAYS).observe([panel], viewpoint, "lena")
     bearing, distance = located(quad, size)
     (left, top), (right, bottom) = quad[0], quad[2]
     width, height = right - left, bottom - top
@@ -52,8 +52,8 @@ def test_bearing_distance_and_corners_are_those_of_the_pinhole(size, distance_mm
 
 
 def test_errors_are_as_large_as_the_model_predicts():
-    sensor = GeometricSensor(seed=2)
-    seen = [sensor.observe([lena()], ORIGIN, "lena") for _ in range(400)]
+    detector = GeometricDetector(seed=2)
+    seen = [detector.observe([lena()], ORIGIN, "lena") for _ in range(400)]
     bearings, distances = zip(*[located(one) for one in seen if one], strict=True)
     assert pstdev(bearings) == pytest.approx(PICTURE_MODEL.bearing_sd_deg, rel=0.15)
     assert pstdev(distances) / 1200.0 == pytest.approx(PICTURE_MODEL.distance_sd, rel=0.15)
@@ -62,20 +62,20 @@ def test_errors_are_as_large_as_the_model_predicts():
 
 def test_the_same_seed_sees_the_same():
     def looks(seed):
-        sensor = GeometricSensor(seed=seed)
-        return [sensor.observe([lena(6200.0)], ORIGIN, "lena") for _ in range(40)]
+        detector = GeometricDetector(seed=seed)
+        return [detector.observe([lena(6200.0)], ORIGIN, "lena") for _ in range(40)]
 
     assert looks(1) == looks(1)
     assert looks(1) != looks(2)
 
 
 def test_a_picture_is_not_seen_from_behind_from_outside_the_view_or_under_another_name():
-    sensor = GeometricSensor(model=ALWAYS)
-    assert sensor.observe([lena(facing_deg=0.0)], ORIGIN, "lena") is None
-    assert sensor.observe([lena(-1200.0, facing_deg=0.0)], ORIGIN, "lena") is None
-    assert sensor.observe([lena(y=1200.0)], ORIGIN, "lena") is None
-    assert sensor.observe([lena()], ORIGIN, "rilakkuma") is None
-    assert sensor.observe([], ORIGIN, "lena") is None
+    detector = GeometricDetector(model=ALWAYS)
+    assert detector.observe([lena(facing_deg=0.0)], ORIGIN, "lena") is None
+    assert detector.observe([lena(-1200.0, facing_deg=0.0)], ORIGIN, "lena") is None
+    assert detector.observe([lena(y=1200.0)], ORIGIN, "lena") is None
+    assert detector.observe([lena()], ORIGIN, "rilakkuma") is None
+    assert detector.observe([], ORIGIN, "lena") is None
 
 
 @pytest.mark.parametrize(("top_mm", "seen"), [(50.0, True), (120.0, True), (330.0, False), (600.0, False)])
@@ -88,24 +88,24 @@ def test_what_stands_beside_or_behind_hides_nothing():
     beside = Panel(600.0, 200.0, 600.0, 900.0, 0.0, 900.0, "carton")
     behind = Panel(1300.0, -900.0, 1300.0, 900.0, 0.0, 900.0, "wall")
     at_my_back = Panel(-100.0, -900.0, -100.0, 900.0, 0.0, 900.0, "wall")
-    (sight,) = GeometricSensor().sights([beside, behind, lena(), at_my_back], ORIGIN, "lena")
-    assert sight.hidden == 0.0
+    (view,) = GeometricDetector().views([beside, behind, lena(), at_my_back], ORIGIN, "lena")
+    assert view.hidden == 0.0
 
 
 def test_half_of_it_hidden_is_measured_as_a_half():
     cover = Panel(1100.0, -300.0, 1100.0, 0.0, 0.0, 900.0, "wall")
-    (sight,) = GeometricSensor().sights([lena(), cover], ORIGIN, "lena")
-    assert sight.hidden == pytest.approx(0.5)
+    (view,) = GeometricDetector().views([lena(), cover], ORIGIN, "lena")
+    assert view.hidden == pytest.approx(0.5)
     # the same by the edge of the frame
     cut = lena(1200.0, 1200.0 * math.tan(math.radians(30)))
-    (sight,) = GeometricSensor().sights([cut], ORIGIN, "lena")
-    assert sight.hidden == pytest.approx(0.5)
+    (view,) = GeometricDetector().views([cut], ORIGIN, "lena")
+    assert view.hidden == pytest.approx(0.5)
 
 
 def test_a_hidden_picture_does_not_hide_another_of_the_same_name():
     wall = Panel(500.0, -300.0, 500.0, 100.0, 0.0, 900.0, "wall")
-    sensor = GeometricSensor(model=ALWAYS)
-    seen = sensor.observe([lena(900.0, -150.0), lena(2000.0, 700.0), wall], ORIGIN, "lena")
+    detector = GeometricDetector(model=ALWAYS)
+    seen = detector.observe([lena(900.0, -150.0), lena(2000.0, 700.0), wall], ORIGIN, "lena")
     assert seen is not None
     assert located(seen)[1] == pytest.approx(math.hypot(2000.0, 700.0))
 
