@@ -17,8 +17,8 @@ STAND_THICKNESS_MM = 10.0
 POST_WIDTH_MM, POST_TEXTURE = 40.0, "wood"
 BOX_FRICTION = 0.4
 """Coefficient of friction between a box and the floor."""
-CLEARANCE_MM = 50.0
-"""Moving objects stop at this distance from the robot and wait."""
+WAIT_GAP_MM = 50.0
+"""People and riding pictures whose path the robot blocks wait at this distance from it."""
 
 
 class WorldObject(Protocol):

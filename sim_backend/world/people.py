@@ -7,7 +7,7 @@ import math
 import pymunk
 
 from sim_backend.camera.scene import Panel, standing_panels
-from sim_backend.world.objects import CLEARANCE_MM, blocked_by
+from sim_backend.world.objects import WAIT_GAP_MM, blocked_by
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Person
 
@@ -85,7 +85,7 @@ class PersonObject:
             self._arrive(now_ms)
             return
         pace = self._person.speed_mm_s / distance
-        waits = blocked_by(robot_mm, (x, y), self._goal, self.radius_mm + robot_radius_mm + CLEARANCE_MM)
+        waits = blocked_by(robot_mm, (x, y), self._goal, self.radius_mm + robot_radius_mm + WAIT_GAP_MM)
         self._body.velocity = (0.0, 0.0) if waits else (dx * pace, dy * pace)
 
     def _arrive(self, now_ms: int) -> None:

@@ -64,8 +64,8 @@ class RobotBody:
         self.contact_bearings_deg: tuple[float, ...] = ()
         self._mm_per_deg = math.pi * robot.wheel_diameter_mm / 360.0
         self._angles = (0.0, 0.0)
-        self._asked = (0.0, 0.0)
-        self._held = (1.0, 1.0)
+        self._demanded = (0.0, 0.0)
+        self._kept = (1.0, 1.0)
         self.lifted = False
         self.body = pymunk.Body(robot.mass_kg, pymunk.moment_for_circle(robot.mass_kg, 0, robot.radius_mm))
         self.body.position = robot.start_mm
@@ -139,9 +139,9 @@ class RobotBody:
 
     def slip_wheels(self, left: float | None, right: float | None) -> None:
         """Set the share of each wheel's motion that is lost from now on, 0..1; None keeps it."""
-        self._held = (
-            self._held[0] if left is None else 1.0 - left,
-            self._held[1] if right is None else 1.0 - right,
+        self._kept = (
+            self._kept[0] if left is None else 1.0 - left,
+            self._kept[1] if right is None else 1.0 - right,
         )
 
     @property
@@ -156,7 +156,7 @@ class RobotBody:
             not self.lifted
             and self.left.at_rest
             and self.right.at_rest
-            and self._asked == (0.0, 0.0)
+            and self._demanded == (0.0, 0.0)
             and not any(self.body.velocity)
         )
 
@@ -167,7 +167,7 @@ class RobotBody:
 
     def touched(self, direction_deg: float, width_deg: float) -> bool:
         """Return whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
-        if not self.contact_bearings_deg:  # usual, and asked every few milliseconds
+        if not self.contact_bearings_deg:  # usual, and queried every few milliseconds
             return False
         offsets = (wrapped_deg(bearing - direction_deg) for bearing in self.contact_bearings_deg)
         return any(abs(offset) <= width_deg / 2 for offset in offsets)
@@ -184,8 +184,8 @@ class RobotBody:
         self._angles = (self.left.angle, self.right.angle)
         if self._robot.backlash_deg:
             self._angles = self._geared(self.left, before[0]), self._geared(self.right, before[1])
-        left = self._wheel_speed(self.left, before[0], self._angles[0], duration_s) * self._held[0]
-        right = self._wheel_speed(self.right, before[1], self._angles[1], duration_s) * self._held[1]
+        left = self._wheel_speed(self.left, before[0], self._angles[0], duration_s) * self._kept[0]
+        right = self._wheel_speed(self.right, before[1], self._angles[1], duration_s) * self._kept[1]
         if self.lifted:
             left = right = 0.0
         slip = self._ground.slip
@@ -193,7 +193,7 @@ class RobotBody:
         turning = (left - right) / self._robot.track_mm * (1.0 - slip.turn_percent / 100.0)
         turning += math.radians(slip.veer_deg_per_m) * forward / 1000.0
         half_turn = turning * self._robot.track_mm / 2
-        self._asked = (forward + half_turn, forward - half_turn)
+        self._demanded = (forward + half_turn, forward - half_turn)
         heading = self.body.angle + turning * duration_s / 2
         self._wheels.velocity = (forward * math.cos(heading), forward * math.sin(heading))
         self._wheels.angular_velocity = turning
@@ -221,16 +221,16 @@ class RobotBody:
         velocity, angle = self.body.velocity, self.body.angle
         forward = velocity.x * math.cos(angle) + velocity.y * math.sin(angle)
         half_turn = self.body.angular_velocity * self._robot.track_mm / 2
-        self._load(self.left, self._asked[0], forward + half_turn)
-        self._load(self.right, self._asked[1], forward - half_turn)
-        if self._asked == (0.0, 0.0) and abs(velocity.x) + abs(velocity.y) + abs(half_turn) < REST_MM_S:
+        self._load(self.left, self._demanded[0], forward + half_turn)
+        self._load(self.right, self._demanded[1], forward - half_turn)
+        if self._demanded == (0.0, 0.0) and abs(velocity.x) + abs(velocity.y) + abs(half_turn) < REST_MM_S:
             self.body.velocity, self.body.angular_velocity = (0.0, 0.0), 0.0
         contacts: list[float] = []
         self.body.each_arbiter(self._note_contact, contacts)
         self.contact_bearings_deg = tuple(contacts)
 
-    def _load(self, motor: WheelMotor, asked_mm_s: float, ground_mm_s: float) -> None:
-        if abs(asked_mm_s - ground_mm_s) > SLIP_MM_S:
+    def _load(self, motor: WheelMotor, demanded_mm_s: float, ground_mm_s: float) -> None:
+        if abs(demanded_mm_s - ground_mm_s) > SLIP_MM_S:
             motor.load(ground_mm_s / self._mm_per_deg, self._slip_torque_nm)
         else:
             motor.unload()

@@ -89,7 +89,7 @@ class EventScheduler:
                 if context.is_over(pending.event):
                     pending.running, pending.ended_ms = False, now_ms
                     pending.arm()
-            elif not pending.exhausted and self._is_due(pending, now_ms, context):
+            elif not pending.exhausted and self._conditions_hold(pending, now_ms, context):
                 self._begin(pending, now_ms, context)
 
     def _begin(self, pending: _PendingEvent, now_ms: int, context: EventContext) -> None:
@@ -99,7 +99,7 @@ class EventScheduler:
         pending.running, pending.began_ms = True, now_ms
         self.log.append((now_ms, pending.event.name))
 
-    def _is_due(self, pending: _PendingEvent, now_ms: int, context: EventContext) -> bool:
+    def _conditions_hold(self, pending: _PendingEvent, now_ms: int, context: EventContext) -> bool:
         since_ms = self._possible_since(pending)
         when = pending.event.when
         if since_ms is None or now_ms < since_ms + pending.delay_ms:

@@ -11,7 +11,7 @@ from sim_backend.camera.scene import Panel, Viewpoint
 from sim_backend.world.disturbances import Disturbances
 from sim_backend.world.event_tables import Event
 from sim_backend.world.objects import (
-    CLEARANCE_MM,
+    WAIT_GAP_MM,
     BoxObject,
     PictureObject,
     PlacedObject,
@@ -92,7 +92,7 @@ class World:
         self._panels: tuple[Panel, ...] | None = None
         self._pushable = [box for box in self.boxes.values() if box.movable]
         self._riders = {self.pictures[each.picture] for each in file.events if each.speed_mm_s and each.picture}
-        self._stirred = False
+        self._rearranged = False
 
     def beam(self, sensor: EchoSettings, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
@@ -119,8 +119,8 @@ class World:
     def step(self) -> None:
         """Advance the world by `STEP_MS`."""
         self.now_ms += STEP_MS
-        if self._stirred or not self.quiet:
-            self._stirred = False
+        if self._rearranged or not self.quiet:
+            self._rearranged = False
             self._move()
         if self.now_ms % INTERVAL_MS == 0:
             self._run_events()
@@ -133,7 +133,7 @@ class World:
                 self._panels = None
         for picture in self._riders:
             if picture.rides:
-                reach_mm = picture.radius_mm + self.file.robot.radius_mm + CLEARANCE_MM
+                reach_mm = picture.radius_mm + self.file.robot.radius_mm + WAIT_GAP_MM
                 picture.move_on(_STEP_S, reach_mm, (robot.x_mm, robot.y_mm))
                 self._panels = None
         if robot.lifted:
@@ -223,7 +223,7 @@ class World:
 
     def _refresh(self) -> None:
         """Invalidate the panels and step the physics once: a moved object looks different and may touch others."""
-        self._panels, self._stirred = None, True
+        self._panels, self._rearranged = None, True
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Perform the event."""
@@ -254,7 +254,7 @@ class World:
         return event.person is None or not self.people[event.person].present
 
     def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:
-        """Point on the line from a picture to the robot, `distance_mm` from the picture but clear of the robot."""
+        """Return the place `distance_mm` from a picture on the line to the robot, but clear of the robot."""
         x, y = self.pictures[picture].at_mm
         dx, dy = self.robot.x_mm - x, self.robot.y_mm - y
         apart_mm = math.hypot(dx, dy)
