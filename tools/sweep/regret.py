@@ -53,7 +53,7 @@ def regret(costs_s: NDArray[np.float64]) -> Regret:
     return Regret(sum(corrected) / 2, float(means[0] - means[best]), best, estimate([(each, 1.0) for each in more]))
 
 
-def over_missions(regrets_s: Sequence[Sequence[float]]) -> tuple[Estimate, Estimate]:
+def mean_regret(regrets_s: Sequence[Sequence[float]]) -> tuple[Estimate, Estimate]:
     """Return the mean regret, and the share of choices that were nearly the best; whole missions are resampled.
 
     Args:

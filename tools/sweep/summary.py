@@ -33,8 +33,8 @@ class Estimate:
 
     Attributes:
         mean: The mean; NaN without values.
-        low: Its lower end; NaN for fewer than two missions with values.
-        high: Its upper end; likewise.
+        low: Lower end of the interval; NaN for fewer than two missions with values.
+        high: Upper end; likewise.
         number: Number of values.
     """
 

@@ -50,8 +50,8 @@ from .runner import Workers
 
 OTHER_RUN = "Choose another run, or CLASS:SEED:PROFILE."
 """The remedy for a run that cannot be repeated."""
-Run = Callable[[Observers, MakeProfile], Report]
-"""Runs the mission that was opened, with these observers and this profile."""
+Perform = Callable[[Observers, MakeProfile], Report]
+"""Performs the mission that was opened, with these observers and this profile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,13 +239,15 @@ def run_with_branch(
         ConfigError: The run cannot be repeated.
         KeyboardInterrupt: Ctrl-C, which ends a mission cleanly.
     """
-    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as (mission, sim, run):
+    with (
+        _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as (mission, sim, perform)
+    ):
         pictures = {picture.name for picture in sim.world_file.pictures}
         targets = tuple(target for target in mission.mission.targets if target in pictures)
         outcome, observers = EpisodeOutcome(mission.mission.time_limit_s, targets), Observers()
         observers.add("outcome", partial(_note, outcome, sim, tell))
         ask = partial(_decide, decision, enter, outcome, sim.reseed)
-        if run(observers, supervised(mission, ask)).ending is Ending.INTERRUPTED:
+        if perform(observers, supervised(mission, ask)).ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt
         if observers.failures:
             raise RuntimeError(f"observers failed: {dict(observers.failures)}")
@@ -280,7 +282,7 @@ def _note(
 
 
 @contextmanager
-def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Mission, Simulation, Run]]:
+def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Mission, Simulation, Perform]]:
     if isinstance(source, GeneratedMission):
         scenario = generate_scenario(source.kind, source.seed)
         scenario = replace(scenario, mission=with_profile(scenario.mission, source.profile))
@@ -289,22 +291,22 @@ def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Miss
     with closing(Episode(scenario, GEOMETRIC)) as episode:
         robot = episode.robot
 
-        def run(observers: Observers, make_profile: MakeProfile) -> Report:
+        def perform(observers: Observers, make_profile: MakeProfile) -> Report:
             return Executive(robot.mission, robot.ports, observers, make_profile).run()
 
-        yield robot.mission, episode.simulation, run
+        yield robot.mission, episode.simulation, perform
 
 
 @contextmanager
-def _open_recorded(source: RecordedRun) -> Iterator[tuple[Mission, Simulation, Run]]:
+def _open_recorded(source: RecordedRun) -> Iterator[tuple[Mission, Simulation, Perform]]:
     with open_robot(source.nxt, source.camera) as robot:
         # the run was recorded, and a camera that is watched takes each frame at its time
         robot.watch(lambda _: None)
 
-        def run(observers: Observers, make_profile: MakeProfile) -> Report:
+        def perform(observers: Observers, make_profile: MakeProfile) -> Report:
             return MissionRun(source.mission, robot, observers, make_profile=make_profile).pursue()
 
-        yield source.mission, cast("SimTransport", robot.brick.link.transport).simulation, run
+        yield source.mission, cast("SimTransport", robot.brick.link.transport).simulation, perform
 
 
 def branch_costs(source: Source, decision: int, candidates: Sequence[int], futures: int) -> list[list[float]]:

@@ -19,7 +19,7 @@ from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts, deci
 from nxtdrive.recording.output_file import locked, replace_file
 from nxtdrive.recording.run_folder import WHAT_IF
 
-from .regret import over_missions, regret
+from .regret import mean_regret, regret
 from .runner import Workers
 from .summary import Estimate, estimate
 from .what_if import EpisodeOutcome, RebuiltRun, RecordedRun, Source, all_costs, run_with_branch
@@ -121,7 +121,7 @@ def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
     regrets_s = [[each.regret_s for each in result.decisions if each.has_alternative] for result in results]
     if not any(regrets_s):
         return {}
-    figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)
+    figures = zip(("regret_s", "nearly_best"), mean_regret(regrets_s), strict=True)
     return {
         name: [round(value, 3) for value in (each.mean, each.low, each.high) if math.isfinite(value)]
         for name, each in figures

@@ -91,7 +91,7 @@ class MapPainter:
         for _, color, points in self._targets:
             for at in _pixels(view, points):
                 sheet.circle(at, 2.2, lightened(color))
-            _paint_target(sheet, view.at(on_page(middle(points))), color)
+            _paint_target(sheet, view.at(on_page(target_place(points))), color)
         for state, points in self._scene.pieces():
             _paint_path(view, state, points)
         self._paint_robot(view)
@@ -142,8 +142,8 @@ class MapPainter:
             view.sheet.line([at, front], INK, 1.5)
 
 
-def middle(points: Sequence[Point]) -> Point:
-    """Return the estimated place of a target."""
+def target_place(points: Sequence[Point]) -> Point:
+    """Return the estimated place of a target, from its sightings in order of time."""
     xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
     return xs[len(xs) // 2], ys[len(ys) // 2]
 

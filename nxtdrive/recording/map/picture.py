@@ -17,7 +17,7 @@ from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, Color
 from nxtdrive.recording.map.events import MapEvent, Numbering, numbering
-from nxtdrive.recording.map.painter import MapPainter, middle, on_page
+from nxtdrive.recording.map.painter import MapPainter, on_page, target_place
 from nxtdrive.recording.map.scene import START, Line, MapScene, gather
 from nxtdrive.recording.map.style import mark_style, target_color
 from nxtdrive.recording.run_reader import start_of
@@ -82,7 +82,10 @@ def map_page(
         avoid=[on_page(pose.point) for pose, _ in scene.poses],
         keep=[
             on_page(point)
-            for point in (*(middle(points) for points in scene.sightings.values()), *map(START.ahead, START_MARK_MM))
+            for point in (
+                *(target_place(points) for points in scene.sightings.values()),
+                *map(START.ahead, START_MARK_MM),
+            )
         ],
     )
 
@@ -135,4 +138,4 @@ def _number_tags(shown: Numbering) -> Iterator[Tag]:
 
 def _target_tags(scene: MapScene) -> Iterator[Tag]:
     for i, (target, points) in enumerate(scene.sightings.items()):
-        yield Tag(on_page(middle(points)), target, target_color(i), number=False)
+        yield Tag(on_page(target_place(points)), target, target_color(i), number=False)

@@ -22,7 +22,7 @@ from nxtdrive.recording.decision_costs import DecisionCosts, decision_costs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
-from nxtdrive.tools.sweep.regret import over_missions, regret
+from nxtdrive.tools.sweep.regret import mean_regret, regret
 from nxtdrive.tools.sweep.result_file import ResultFile
 from nxtdrive.tools.sweep.what_if import (
     Branch,
@@ -63,7 +63,7 @@ def test_the_regret_of_a_choice_that_is_worse_is_what_it_costs_more():
 
 
 def test_figures_over_missions_count_decisions_and_resample_missions():
-    mean, nearly = over_missions([[0.0, 2.0], [10.0], [], [4.0]])
+    mean, nearly = mean_regret([[0.0, 2.0], [10.0], [], [4.0]])
     assert (mean.mean, nearly.mean, mean.number) == (4.0, 0.5, 4)
     assert mean.low < 4.0 < mean.high
 
