@@ -42,8 +42,8 @@ class Mounting:
 
     Attributes:
         yaw_deg: It looks this far to the right.
-        tilt_deg: It looks this far up.
-        roll_deg: It is turned clockwise by this, as seen from behind.
+        tilt_deg: It looks this far up, -45..45.
+        roll_deg: It is turned clockwise by this, as seen from behind, -45..45.
     """
 
     yaw_deg: float = 0.0

@@ -64,6 +64,11 @@ class Obstacle:
     radius_mm: float = 0.0
     height_mm: float = 1000.0
 
+    @property
+    def outer_mm(self) -> float:
+        """Radius of the circle around it."""
+        return math.hypot(*self.size_mm) / 2 + self.radius_mm
+
     def distance_mm(self, points: Floats) -> Floats:
         """Return the distance from each of `points`, shape (..., 2), to its edge; 0 inside."""
         x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
@@ -75,7 +80,7 @@ class Obstacle:
     def near(self, low: Sequence[float], high: Sequence[float], distance_mm: float) -> bool:
         """Return whether it may come that near to a point of the upright rectangle between two corners."""
         beyond = (max(a - at, at - b, 0.0) for a, at, b in zip(low, self.at_mm, high, strict=True))
-        return math.hypot(*beyond) <= math.hypot(*self.size_mm) / 2 + self.radius_mm + distance_mm + SAME_PLACE_MM
+        return math.hypot(*beyond) <= self.outer_mm + distance_mm + SAME_PLACE_MM
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,7 +260,7 @@ class _Grid:
         self.middles = np.stack([x, y], axis=-1)
         clearance = FloorPlan(plan.size_mm, ()).clearance_mm(self.middles)
         for obstacle in plan.obstacles:
-            reach_mm = math.hypot(*obstacle.size_mm) / 2 + obstacle.radius_mm + radius_mm + inflation_mm + CELL_MM
+            reach_mm = obstacle.outer_mm + radius_mm + inflation_mm + CELL_MM
             window = tuple(slice(*_span(at_mm, reach_mm)) for at_mm in obstacle.at_mm)
             clearance[window] = np.minimum(clearance[window], obstacle.distance_mm(self.middles[window]))
         self.free: Mask = clearance >= radius_mm
