@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image, distinct
 from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess
-from nxtdrive.vision.detectors.onnx_labels import number_of
+from nxtdrive.vision.detectors.onnx_labels import label_number
 from nxtdrive.vision.detectors.onnx_layouts import ModelDetections
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
 from nxtdrive.vision.detectors.spec import DetectorSpec
@@ -43,7 +43,7 @@ class OnnxDetector:
         if not 0 < min_score < 1:
             raise ConfigError(f"min_score = {min_score:g} is not a valid score.", remedy="It lies between 0 and 1.")
         self._model = _loaded(path, options or Options())
-        self._number = number_of(label, self._model.labels, path)
+        self._number = label_number(label, self._model.labels, path)
         self._min_score = min_score
 
     def description(self) -> dict[str, str]:

@@ -66,7 +66,7 @@ def read_labels(path: Path) -> tuple[str, ...]:
     return found
 
 
-def number_of(label: str, labels: Sequence[str], model: Path) -> int:
+def label_number(label: str, labels: Sequence[str], model: Path) -> int:
     """Return the number of a label, which may be given by that number.
 
     Raises:

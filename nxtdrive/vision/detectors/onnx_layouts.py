@@ -48,7 +48,7 @@ class OutputLayout:
     Attributes:
         name: One of `LAYOUTS`.
         roles: Name of the output that has ``boxes``, ``scores`` and ``labels``, or ``all``.
-        classes: Number of labels, None if the outputs do not show it.
+        label_count: Number of labels, None if the outputs do not show it.
         in_rows: For ``yolo``: a label is a row, not a column.
         raw: For ``yolox``: centre and size are relative to the cells.
         anchors: For ``yolox``: boxes for each cell, 1 or 3.
@@ -59,7 +59,7 @@ class OutputLayout:
 
     name: str
     roles: Mapping[str, str]
-    classes: int | None = None
+    label_count: int | None = None
     in_rows: bool = True
     raw: bool = False
     anchors: int = 1
@@ -73,7 +73,7 @@ class OutputLayout:
         return (self.name in STRETCHING_LAYOUTS and not self.in_pixels) or self.notes.rt_detr
 
     @property
-    def coco_classes(self) -> int:
+    def coco_label_count(self) -> int:
         """Number of labels of a model trained on COCO whose outputs do not show it: 91 of torchvision's, else 80.
 
         Source: RT-DETR's rtdetr_postprocessor.py in `deploy_mode`, YOLOv10's export, MMDeploy's `dets` and `labels`;
@@ -182,12 +182,12 @@ def _alone(
     }
     shown = by_rows if in_rows else by_columns
     # what is beyond the named labels are keypoints, or coefficients of a mask
-    classes = {"yolox": columns - 5, "yolo": named if 0 < named < shown else shown, "e2e": None}
+    counts = {"yolox": columns - 5, "yolo": named if 0 < named < shown else shown, "e2e": None}
     likely = ("e2e", "yolox", "yolo") if notes.chosen else fits
     chosen = wanted if wanted in fits else next((each for each in likely if fits[each]), None)
     if not chosen or not fits[chosen]:
         return None
-    return OutputLayout(chosen, roles, classes[chosen], in_rows, numbered=numbered and chosen == "e2e", notes=notes)
+    return OutputLayout(chosen, roles, counts[chosen], in_rows, numbered=numbered and chosen == "e2e", notes=notes)
 
 
 def _unfit(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> ConfigError:
@@ -241,7 +241,7 @@ def _dense(layout: OutputLayout, rows: Floats, size: tuple[int, int]) -> ModelDe
     """Decode an output with a row or a column for each cell."""
     if layout.name == "yolo":
         rows = rows.T if layout.in_rows else rows
-        scores = rows[:, 4:][:, : layout.classes]
+        scores = rows[:, 4:][:, : layout.label_count]
     else:
         scores = rows[:, 4:5] * rows[:, 5:]
     boxes = rows[:, :4]

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.onnx_file import read_onnx
 from nxtdrive.vision.detectors.onnx_input import COLORS, GRAY, LARGEST, NORMALISATIONS, fitted, image_input
@@ -131,15 +132,15 @@ class OnnxModel:
 
     def _named(self, named: tuple[str, ...]) -> tuple[str, ...]:
         """Return the labels, at most as many as the model distinguishes."""
-        classes = self._layout.classes
-        if classes is not None and len(named) > classes:
+        count = self._layout.label_count
+        if count is not None and len(named) > count:
             raise ConfigError(
-                f"{self._file.path} has {classes} label{'s' * (classes != 1)}, but {len(named)} are named.",
+                f"{self._file.path} has {number_of(count, 'label')}, but {len(named)} are named.",
                 remedy="Give the file with the labels that this model was trained with.",
             )
         if self._layout.name == "yunet":
             return ("face",)
-        return named or coco_labels(classes or self._layout.coco_classes)
+        return named or coco_labels(count or self._layout.coco_label_count)
 
 
 def labels_of(path: Path, file: str | None = None) -> tuple[str, ...]:
