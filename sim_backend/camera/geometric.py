@@ -108,8 +108,8 @@ PICTURE_MODEL = DetectorModel(
     dark=Falloff(-2.76, -0.032),
     glare=Falloff(1.58, 0.096),
 )
-"""The `picture` detector on "lena" and "rilakkuma". Source: tools/dev/fit_geometric.py, 600 frames in each sweep,
-but 100 for `dark` and `glare`."""
+"""The `picture` detector on "lena" and "rilakkuma", before it aligned its proposals; docs/vision.md 1.3 compares the
+present one. Source: tools/dev/fit_geometric.py, 600 frames in each sweep, but 100 for `dark` and `glare`."""
 
 
 @dataclass(frozen=True, slots=True)

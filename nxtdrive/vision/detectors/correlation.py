@@ -71,7 +71,7 @@ NARROWEST, WIDEST = 0.4, 1.15
 
 
 class CorrelationMatcher:
-    """Finds one reference picture at any distance from filling the frame to 14 pixels high.
+    """Finds one reference picture at any distance from filling the frame to 15 pixels high.
 
     Args:
         picture: The picture as it looks from the front, BGR, without anything around it.
