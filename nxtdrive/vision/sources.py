@@ -8,7 +8,6 @@ import stat
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
-from typing import Any
 
 import cv2
 
@@ -20,7 +19,7 @@ from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.record import recorded
-from nxtdrive.vision.camera import Camera, ReplayCamera, SimulatedCamera
+from nxtdrive.vision.camera import Camera, FrameSource, ReplayCamera, SimulatedCamera
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.frames import as_frame
 from nxtdrive.vision.live import LiveCamera
@@ -93,7 +92,7 @@ def _open_simulated(clock: Clock | None) -> Camera:
     return simulated_camera(getattr(transport, "webcam", None), clock, getattr(transport, "address", "this clock"))
 
 
-def simulated_camera(frames: Any, clock: Clock, address: str) -> SimulatedCamera:  # noqa: ANN401 - a `FrameSource`, or None
+def simulated_camera(frames: FrameSource | None, clock: Clock, address: str) -> SimulatedCamera:
     """Return the camera of a simulated robot.
 
     Raises:

@@ -19,7 +19,7 @@ ROBOT = Robot(start_mm=(0.0, 0.0))
 """The world file's default robot."""
 ROBOT_RADIUS_MM = ROBOT.radius_mm
 PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 3200.0
-"""Size of an A6 print, and the picture detector's range for it: large rooms have places from which it is not seen."""
+"""Size of an A6 print, and geometric vision's range for it: large rooms have places from which it is not seen."""
 LOW_BOX_MM, TALL_BOX_MM = (100.0, 150.0), (350.0, 800.0)
 """Heights of boxes that stop the robot but do not block the view, and of boxes that do both."""
 STAND_HEIGHT_MM = 200.0
