@@ -92,9 +92,6 @@ class ExternalDetector:
         self._entry = entry
         self._detector = detector
 
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the detector has
-        return getattr(self._detector, name)
-
     def detect(self, image: Image) -> list[Detection]:
         """Return the detections; the image is protected from changes.
 

@@ -17,6 +17,8 @@ from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.signals import Terminated
 from nxtdrive.vision.detection import Detection
 from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.detectors.shared_frame import detect_each
+from sim_backend.bundled import PICTURES
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "lamp-detector"
 ODD = """
@@ -35,6 +37,9 @@ class Writes:
     def description(self): raise KeyError("lamp")
 def leaves(spec): raise SystemExit(3)
 def ends(spec): raise Terminated(143)
+def sharing(spec):
+    from nxtdrive.vision.detectors.picture import PictureDetector, read_image
+    return PictureDetector([read_image(spec.path("lena.png"))])
 """
 FRAME = np.full((24, 32, 3), 60, np.uint8)
 CORNERS = (1, 1), (9, 1), (9, 8), (1, 8)
@@ -53,7 +58,7 @@ def installed(monkeypatch, tmp_path):
     points = ["[nxtdrive.detectors]", offered.replace('"', ""), "marker = odd:nothing"]
     points += [
         f"{name} = odd:{name}"
-        for name in ("fails", "nothing", "Told", "missing", "Answers", "Writes", "leaves", "ends")
+        for name in ("fails", "nothing", "Told", "missing", "Answers", "Writes", "leaves", "ends", "sharing")
     ]
     (info / "entry_points.txt").write_text("\n".join(points) + "\n", encoding="utf-8")
     yield tmp_path
@@ -106,6 +111,14 @@ def test_installed_ones_are_among_those_that_are_named(installed):
         make_detector({"detector": "lanp"})
 
 
+def test_one_that_is_a_detector_of_nxtdrive_inside_looks_for_itself(installed):
+    made = make_detector({"detector": "sharing"}, PICTURES)
+    frame = cv2.imread(str(PICTURES / "lena.png"))
+    found = detect_each({"one": made.detector, "other": made.detector}, frame)
+    assert found["one"]
+    assert found["one"] == found["other"]
+
+
 def test_a_built_in_detector_keeps_its_name(installed):
     assert type(make_detector({"detector": "marker", "id": 3}).detector).__name__ == "MarkerDetector"
 
@@ -137,7 +150,7 @@ def test_its_files_lie_beside_the_mission(installed):
     (installed / "w.bin").touch()
     target = load_mission(_mission(installed, 'detector = "Told"\nweights_file = "w.bin"\n')).target["it"]
     made = make_detector(target.model_dump()).detector
-    assert made.file == str(installed / "w.bin")
+    assert made._detector.file == str(installed / "w.bin")
 
 
 @pytest.mark.parametrize(
