@@ -98,7 +98,7 @@ class RoomBuilder:
         }[inward]
         return at, inward + self.between(-tilt_deg, tilt_deg)
 
-    def add_picture(self, name: str, at_mm: Point, facing_deg: float, **more: Any) -> None:  # noqa: ANN401 - tables of a world file
+    def add_picture(self, name: str, at_mm: Point, facing_deg: float, **more: object) -> None:
         """Add a print on a stand."""
         self.pictures[name] = {
             "name": name,
