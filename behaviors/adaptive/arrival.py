@@ -128,6 +128,7 @@ class Arrival:
         sighting = self.seen
         if observation.range_mm is not None:
             self._echo = (observation.time_s, observation.range_mm)
+        echo_mm = None
         if sighting is not None:
             echo_mm = self._echo_of(sighting, observation.time_s)
             self._confirmed, self._low = echo_mm is not None, self._passes_over(sighting)

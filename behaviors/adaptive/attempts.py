@@ -39,7 +39,7 @@ class _FailedApproach:
 
 
 @dataclass(frozen=True, slots=True)
-class _Failure:
+class _FailedAttempt:
     target: str
     round: int
     reason: Reason
@@ -53,7 +53,7 @@ class Attempts:
         self._choices: list[tuple[str, str, Point]] = []
         self._tries: Counter[str] = Counter()
         self._destinations: list[tuple[str, Point, Point]] = []
-        self._failures: list[_Failure] = []
+        self._failures: list[_FailedAttempt] = []
         self._approaches: list[_FailedApproach] = []
 
     def chose(self, target: str, recovery: str, here: Point, destination: Point | None = None) -> None:
@@ -85,7 +85,7 @@ class Attempts:
 
     def failed(self, target: str, round_number: int, reason: Reason, here: Point) -> None:
         """Remember that an attempt at a target in this round failed here."""
-        self._failures.append(_Failure(target, round_number, reason, here))
+        self._failures.append(_FailedAttempt(target, round_number, reason, here))
 
     def failures(self) -> tuple[int, int]:
         """Return how often attempts of this round failed as the last one did, at its place, and how often in a row.
@@ -114,7 +114,7 @@ class Attempts:
         )
 
 
-def _alike(one: _Failure, other: _Failure) -> bool:
+def _alike(one: _FailedAttempt, other: _FailedAttempt) -> bool:
     """Return whether two failures are of one kind and at one place; where wheels slipped, odometry does not count."""
     same = (one.target, one.round, one.reason) == (other.target, other.round, other.reason)
     return same and (one.reason is Reason.SLIPPED or _same_place(one.place, other.place))

@@ -178,8 +178,8 @@ class CameraScale:
             1.0, TUNING.sure * math.exp(-2.0 * (sd if confirmed else max(sd, TUNING.unconfirmed_sd)))
         )
 
-    def stand(self, sighting: Sighting, floor_mm: float) -> None:
-        """Take a target whose height is a guess for one that stands on the floor, until it is measured.
+    def assume_on_floor(self, sighting: Sighting, floor_mm: float) -> None:
+        """Assume that a target whose height is a guess stands on the floor, until it is measured.
 
         Its distance then remains the same share of the distance by the floor: that depends on no size, and what stands
         on something has its own share.
@@ -207,7 +207,7 @@ class CameraScale:
             sighting: It is not seen from far to the side.
             pose: Where the robot was then.
             range_mm: The echo, or None.
-            floor_mm: See `stand`; None where that is not known.
+            floor_mm: See `assume_on_floor`; None where that is not known.
         """
         estimate = self._of(sighting.target)
         if abs(sighting.bearing_deg) > TUNING.ahead_deg or sighting.cut:

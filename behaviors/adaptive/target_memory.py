@@ -319,7 +319,7 @@ class TargetMemory:
         """Return a sighting of a target whose height is a guess, corrected by the floor at its lower edge."""
         whole = Cut.BOTTOM not in sighting.cut
         if whole and not sighting.bound:
-            self.scale.stand(sighting, floor_mm)
+            self.scale.assume_on_floor(sighting, floor_mm)
         elif self.scale.unknown(sighting.target):
             if not whole:
                 return limit_distance(self.scale.corrected(sighting), floor_mm)

@@ -106,7 +106,7 @@ def test_the_descent_of_its_lower_edge_shows_whether_it_stands_on_the_floor(stan
     for driven_mm in range(0, 1400, 40):
         true_mm = 2000.0 - driven_mm
         seen, floor_mm = _sighting(true_mm / factor), true_mm * 200.0 / (200.0 - stands_on_mm)
-        scale.stand(seen, floor_mm)
+        scale.assume_on_floor(seen, floor_mm)
         if driven_mm == 0:
             assert scale.corrected(seen).distance_mm == pytest.approx(floor_mm)
             assert scale.unknown("mug")
