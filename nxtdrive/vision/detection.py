@@ -20,6 +20,9 @@ Box = tuple[int, int, int, int]
 Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
 """Corners (u, v) in pixels: top left, top right, bottom right, bottom left as seen on the upright target."""
 
+SAME_OVERLAP = 0.3
+"""Detections whose boxes overlap at least this much, as `overlap` computes it, are of one place."""
+
 
 @dataclass(frozen=True, slots=True)
 class Detection:
@@ -103,6 +106,6 @@ def distinct(detections: list[Detection]) -> list[Detection]:
     """Return the best of every group of overlapping detections, best first."""
     kept: list[Detection] = []
     for detection in sorted(detections, key=lambda d: -d.score):
-        if all(overlap(detection.box, other.box) < 0.3 for other in kept):
+        if all(overlap(detection.box, other.box) < SAME_OVERLAP for other in kept):
             kept.append(detection)
     return kept
