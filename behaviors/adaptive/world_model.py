@@ -191,7 +191,7 @@ class WorldModel:
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
         """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as its wheels said.
 
-        Sightings in that turn are forgotten.
+        The floor that the camera saw in that turn is forgotten; targets seen in it stay where they were placed.
         """
         self.floor.restore()
         self.poses.clear()
