@@ -32,7 +32,7 @@ class ApproachTuning:
         hidden_s: An obstacle that the safety stop reports hides the target if the target was not seen for longer than
             this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.
-        echoes: Number of such echoes in a row that are accepted.
+        echoes: Number of such echoes in a row that are needed.
         progress_s: Time over which progress is measured.
         progress_mm: A robot that is commanded to drive and gets no farther than this in `progress_s` is stuck.
         kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.

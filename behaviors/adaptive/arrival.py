@@ -29,7 +29,7 @@ class ArrivalTuning:
         size_share: Where the echo comes from farther away, a distance by size of this share of what it should be
             is accepted.
         hysteresis: Once the robot stands, a target this many times farther away is still near enough.
-        checks: An arrival is accepted after this many frames at rest, each with an echo.
+        checks: An arrival is accepted after this many frames and measurements of the sonar at rest.
         echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
     """
 

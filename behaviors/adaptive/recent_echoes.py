@@ -21,7 +21,7 @@ class EchoTuning:
         farthest_mm: Beams say nothing about places farther away than this: small things give no echo from there.
         past_mm: An echo from this much farther than a place says that the place is free; no echo may mean a slanted
             side.
-        beams: Number of such beams in a row that are accepted.
+        beams: Number of such beams in a row that are needed.
     """
 
     kept_s: float = 8.0
