@@ -42,8 +42,8 @@ class NoMoreFrames(NoFrame):
 class CameraVision:
     """Detectors on the frames of a camera; implements `behaviors.ports.Vision`.
 
-    A confirmed target is searched for near its last place first, which takes a fifth of the time, then in the whole
-    frame. It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
+    A confirmed target is searched for near its last place first, which takes about half of the time, then in the whole
+    frame. It is always *detected*, never only tracked, so what has taken the place of a target is not taken for it.
 
     Args:
         camera: Source of the frames; the caller closes it.
