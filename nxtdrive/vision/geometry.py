@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 MIN_AHEAD = 1e-3
 """A ray that points up or down too steeply for a level camera counts as this far ahead, over its length."""
-MAX_ROLLED = 0.3
+MIN_COS_TWICE_ROLL = 0.3
 """Minimum cosine of twice the roll at which the size of a rolled target is computed from its box: 36 degrees."""
 
 
@@ -185,8 +185,7 @@ def _upright(box: Box, roll: float) -> Quad:
     cos, sin = math.cos(roll), abs(math.sin(roll))
     scale = 1 / (cos + sin)
     width, height = box_width * scale, box_height * scale
-    if cos * cos - sin * sin > MAX_ROLLED:
-        divisor = cos * cos - sin * sin
+    if (divisor := cos * cos - sin * sin) > MIN_COS_TWICE_ROLL:
         width = max(width / 4, (cos * box_width - sin * box_height) / divisor)
         height = max(height / 4, (cos * box_height - sin * box_width) / divisor)
     u, v, sin = left + box_width / 2, top + box_height / 2, -math.sin(roll)
