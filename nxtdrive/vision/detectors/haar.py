@@ -60,7 +60,7 @@ CONFIRMED_MARGIN = 0.6
 """What is shown around the hit on each side, as a share of its width."""
 
 MAX_BYTES = 20 * MEGABYTE
-"""OpenCV's largest cascade has a fifth of it."""
+"""OpenCV's largest cascade has a seventh of it."""
 
 TRIAL_S = 20.0
 TRIAL = Path(__file__).with_name("cascade_trial.py")
