@@ -121,7 +121,7 @@ class CameraPictures:
             image = np.asarray(cv2.resize(image, size), np.uint8)
         for look in picture.looks:
             found = [Detection(one.box, one.score, one.quad) for one in look.found]
-            image = annotate(image, _sighting(picture.t, look), found)
+            image = annotate(image, sighting_of(look, picture.t), found)
         return annotate(image, None, (), caption)
 
 
@@ -170,7 +170,8 @@ def _whole(box: Box) -> Box:
     return left, top, width, height
 
 
-def _sighting(time_s: float, look: Look) -> Sighting | None:
+def sighting_of(look: Look, time_s: float) -> Sighting | None:
+    """Return the sighting of a look at a picture that was taken at a mission time; None if it recognised nothing."""
     seen = look.sighting
     if seen is None:
         return None

@@ -19,13 +19,14 @@ from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
-from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
+from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture, sighting_of
 from nxtdrive.recording.map.scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 from nxtdrive.recording.output_file import check_replaceable
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import state_words
+from nxtdrive.vision.annotate import caption
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -156,16 +157,13 @@ def _boxes(picture: Picture) -> dict[str, Any]:
     stamp = _stamp(Message(picture.t, "", {}))
     points, texts = [], []
     for look in picture.looks:
-        seen = look.sighting
+        seen = sighting_of(look, picture.t)
         boxes = [(each.box, FOUND) for each in look.found if seen is None or each.box != seen.box]
         if seen is not None:
             boxes.append((seen.box, SEEN))
-            text = (
-                f"{look.target}  {'≤ ' if seen.bound else ''}{seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+z.0f}°"
-            )
             place = {"x": seen.box[0], "y": seen.box[1] - 4}
             colors = {"text_color": TEXT, "background_color": SHADE}
-            texts.append({"timestamp": stamp, "position": place, "text": text, "font_size": 12.0, **colors})
+            texts.append({"timestamp": stamp, "position": place, "text": caption(seen), "font_size": 12.0, **colors})
         for (left, top, width, height), color in boxes:
             corners = [(left, top), (left + width, top), (left + width, top + height), (left, top + height)]
             outline = {"points": [{"x": x, "y": y} for x, y in corners], "outline_color": color, "thickness": 2.0}

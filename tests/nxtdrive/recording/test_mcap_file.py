@@ -134,7 +134,7 @@ def test_pictures_boxes_and_decisions_are_there(topics, run):
     empty, boxes = (values for _, values in topics["/camera/boxes"])
     assert (empty["points"], empty["texts"]) == ([], [])
     assert [len(each["points"]) for each in boxes["points"]] == [4, 4]
-    assert boxes["texts"][0]["text"] == "lena  0.90 m  +3°"
+    assert boxes["texts"][0]["text"] == "lena R 3° 0.90 m"
     assert [values["message"] for _, values in topics["/decisions"]] == ["lena: look elsewhere, since it was not seen"]
     assert topics["/log"][-1][1]["message"] == "achieved"
 
