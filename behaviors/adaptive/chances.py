@@ -44,10 +44,10 @@ class Chances:
 
     def __init__(self, counts: Counts, own: Counts | None = None) -> None:
         self._sums: defaultdict[str, tuple[int, int]] = defaultdict(lambda: (0, 0))
-        for situation, (true, false) in counts.items():
+        for situation, (successes, failures) in counts.items():
             for part in _parts(situation):
                 known = self._sums[part]
-                self._sums[part] = known[0] + true, known[1] + false
+                self._sums[part] = known[0] + successes, known[1] + failures
         self._own = own or {}
 
     def of(
@@ -113,5 +113,5 @@ def _parts(situation: str) -> Iterator[str]:
 
 def _posterior(counts: Sequence[int], mean: float, weight: float) -> float:
     """Return the mean of a Beta distribution after these outcomes, with a prior of this mean and weight."""
-    true, false = counts
-    return (true + weight * mean) / (true + false + weight)
+    successes, failures = counts
+    return (successes + weight * mean) / (successes + failures + weight)
