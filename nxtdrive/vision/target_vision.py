@@ -74,7 +74,12 @@ class CameraVision:
         self._observers.append(observer)
 
     def look(self, target: str) -> Sighting | None:
-        """Return the sighting of `target` if it is confirmed in the next new frame; raises as `glance` does."""
+        """Return the sighting of `target` if it is confirmed in the next new frame.
+
+        Raises:
+            NoFrame: No frame came within `READ_TIMEOUT_S`.
+            ConfigError: There is no target of this name.
+        """
         return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
