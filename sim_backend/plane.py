@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Length = TypeVar("Length", float, "NDArray[np.float64]")
 """One length in millimetres, or an array of them."""
+Angle = TypeVar("Angle", float, "NDArray[np.float64]")
+"""One angle in degrees, or an array of them."""
 
 
 def along_and_across(x: Length, y: Length, facing_deg: float) -> tuple[Length, Length]:
@@ -54,3 +56,8 @@ def corners_of(at_mm: Point, size_mm: Point, facing: float) -> list[Point]:
     along, across = size_mm[0] / 2, size_mm[1] / 2
     offsets = ((along, -across), (along, across), (-along, across), (-along, -across))
     return [on_map(at_mm, facing, *offset) for offset in offsets]
+
+
+def wrapped_deg(angle_deg: Angle) -> Angle:
+    """Return the same angle in -180..180; of an array, that of each element."""
+    return (angle_deg + 180.0) % 360.0 - 180.0

@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_backend.plane import Point, along_and_across
-from sim_backend.world.robot import wrapped_deg
+from sim_backend.plane import Point, along_and_across, wrapped_deg
 from sim_backend.world.world_file import Camera
 
 Floats = NDArray[np.float64]

@@ -5,20 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from random import Random
-from typing import TYPE_CHECKING, TypeVar
 
 import pymunk
 
-from sim_backend.plane import on_map, within
+from sim_backend.plane import on_map, within, wrapped_deg
 from sim_backend.world.motor import WheelMotor
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Carpet, Robot
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-Angle = TypeVar("Angle", float, "NDArray[np.float64]")
 
 GRAVITY_MM_S2 = 9810.0
 DRIVEN_SHARE = 0.8
@@ -240,8 +233,3 @@ class RobotBody:
             offset = point.point_a - self.body.position
             bearing = math.degrees(math.atan2(offset.y, offset.x)) - self.heading_deg
             contacts.append(wrapped_deg(bearing))
-
-
-def wrapped_deg(angle_deg: Angle) -> Angle:
-    """Return the same angle in -180..180; of an array, that of each element."""
-    return (angle_deg + 180.0) % 360.0 - 180.0

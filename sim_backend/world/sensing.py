@@ -9,8 +9,9 @@ from random import Random
 import pymunk
 
 from sim_backend.camera.scene import Viewpoint, in_camera_frame
+from sim_backend.plane import wrapped_deg
 from sim_backend.world.objects import PictureObject
-from sim_backend.world.robot import ROBOT_GROUP, RobotBody, wrapped_deg
+from sim_backend.world.robot import ROBOT_GROUP, RobotBody
 from sim_backend.world.sensor_tables import EchoSettings
 from sim_backend.world.toml_types import Point
 
