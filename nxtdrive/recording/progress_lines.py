@@ -46,7 +46,7 @@ class ProgressLines:
         data = record.data
         if record.kind is RecordKind.CHOICE:
             # the failure that it answers comes with the next record
-            self._choice = f"{choice_from(data).words()}: {data['why']}"
+            self._choice = f"{_choice_words(data)}: {data['why']}"
             return
         match record.kind:
             case RecordKind.TRANSITION if data["to"] == "select":
@@ -60,6 +60,14 @@ class ProgressLines:
                 yield f"the {data['sensor']} answers again"
             case RecordKind.SENSOR:
                 yield f"continuing without the {data['sensor']}: {data['error']}"
+
+
+def _choice_words(data: Mapping[str, Any]) -> str:
+    """Describe a choice; name one that this version does not know."""
+    try:
+        return choice_from(data).words()
+    except (KeyError, TypeError, ValueError):
+        return spaced(str(data["choice"]))
 
 
 def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:

@@ -82,9 +82,19 @@ class Baseline(ABC):
         why = {} if reason is None else {"reason": reason}
         self.note(RecordKind.TRANSITION, source=source, to=state, event=event, **why)
 
-    def choose(self, choice: str, why: str, **evidence: object) -> None:
-        """Journal a decision."""
-        self.note(RecordKind.CHOICE, choice=choice, why=why, evidence=evidence)
+    def choose(self, choice: str, why: str, reason: Reason, *, seen_since_search: bool, **numbers: float) -> None:
+        """Journal a failure and the choice that it leads to, in the order of a profile's journal.
+
+        Args:
+            choice: Name of the recovery.
+            why: One clause.
+            reason: The failure's name.
+            seen_since_search: Whether the target was seen, so that the approach failed and not the search.
+            numbers: The choice's numbers, as in `behaviors.recoveries.Choice`.
+        """
+        evidence = {"reason": reason, "seen_since_search": seen_since_search}
+        self.note(RecordKind.CHOICE, choice=choice, why=why, **numbers, evidence=evidence)
+        self.enter("select", Event.ARRIVE_FAILED if seen_since_search else Event.SEARCH_FAILED, reason)
 
     def search(self, target: str) -> Reason:
         """Search as the thesis does; return SIGHTED or the reason for the failure."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from random import Random
 
-from behaviors.events import Event, Reason
+from behaviors.events import Reason
 from behaviors.ports import Sighting, StopReason
+from behaviors.recoveries import CHANGE_TARGET, RESCAN, WAIT
 from behaviors.thesis.skills import TUNING as THESIS
 from nxtdrive.simulated.robot import ScenarioRobot
 
@@ -15,6 +16,8 @@ RETRIES = 6
 """Nav2's default behavior tree recovers six times. Source: docs/evaluation.md, agents."""
 SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
 """Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
+BACK_UP = "back_up"
+"""Name of a recovery that profiles do not have."""
 
 TURNS_DEG = (45.0, 180.0)
 """Range of the random walk's turns, to either side, when its path is blocked."""
@@ -34,24 +37,25 @@ class Nav2List(Baseline):
         """Search and approach, at most seven times."""
         for attempt in range(RETRIES + 1):
             reason = self.search(target)
-            seen_since_search = reason is Reason.SIGHTED
-            if seen_since_search:
+            seen = reason is Reason.SIGHTED
+            if seen:
                 reason = self.arrive(target)
                 if reason is Reason.WITHIN_REACH:
                     return True
-            self.enter("select", Event.ARRIVE_FAILED if seen_since_search else Event.SEARCH_FAILED, reason)
-            if attempt < RETRIES:
-                self._recover(attempt, reason, seen_since_search=seen_since_search)
-        self.choose("change_target", f"recovered {RETRIES} times", reason=reason, seen_since_search=seen_since_search)
+            if attempt == RETRIES:
+                self.choose(CHANGE_TARGET.name, f"recovered {RETRIES} times", reason, seen_since_search=seen)
+            else:
+                self._recover(attempt, reason, seen_since_search=seen)
         return False
 
     def _recover(self, number: int, reason: Reason, *, seen_since_search: bool) -> None:
-        choice = ("rescan", "wait", "back_up")[number % 3]
-        self.choose(choice, "it is its turn", reason=reason, seen_since_search=seen_since_search)
+        choice = (RESCAN.name, WAIT.name, BACK_UP)[number % 3]
+        numbers = {"wait_s": WAIT_S} if choice == WAIT.name else {}
+        self.choose(choice, "next in the list", reason, seen_since_search=seen_since_search, **numbers)
         self.enter(choice)
-        if choice == "rescan":
+        if choice == RESCAN.name:
             self.turn(SPIN_DEG)
-        elif choice == "back_up":
+        elif choice == BACK_UP:
             self.straight(-BACK_UP_MM)
         else:
             end_s = self.clock.now() + WAIT_S

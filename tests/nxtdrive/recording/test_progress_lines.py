@@ -48,6 +48,18 @@ def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
     ]
 
 
+def test_a_choice_that_this_version_does_not_know_is_named_and_not_taken_for_the_one_before():
+    records = []
+    for choice in ("wait", "back_up"):
+        data = {"choice": choice, "why": "it may help", "wait_s": 15.0}
+        records += [Record(57.72, RecordKind.CHOICE, "arrive", "lena", data)]
+        records += [_transition("arrive", "select", "arrive_failed", "target_lost")]
+    assert [line.strip() for line in _lines(*records)][1::2] == [
+        "-> wait up to 15.0 s: it may help",
+        "-> back up: it may help",
+    ]
+
+
 @pytest.mark.parametrize(
     ("evidence", "says"),
     [

@@ -4,6 +4,7 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
+from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import ABLATIONS, ALL_NAMES, NAMES
 from nxtdrive.tools.sweep.task import run_episode
@@ -33,6 +34,13 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
     first = recorder.records[0].data["targets"][0]
     choices = [r.data["choice"] for r in recorder.records if r.kind is RecordKind.CHOICE and r.target == first]
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
+    done = [line.partition("-> ")[2] for _, line in lines_of(recorder.records) if "->" in line]
+    words = [
+        "look again from here: next in the list",
+        "wait up to 5.0 s: next in the list",
+        "back up: next in the list",
+    ]
+    assert done[:7] == [*words, *words, "leave this target: recovered 6 times"]
 
 
 @pytest.mark.parametrize("agent", NAMES)
