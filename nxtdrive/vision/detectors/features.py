@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, box_of, quad_of
-from nxtdrive.vision.detectors.scaling import at_height
+from nxtdrive.vision.detectors.scaling import at_height, at_most_wide
 
 WORK_WIDTH = 240
 """Keypoints are computed on a copy of the frame at most this wide, at half the cost of 320; smaller pictures are left
@@ -53,10 +53,8 @@ class Keypoints:
 
 def keypoints(image: Image) -> Keypoints:
     """Compute the keypoints of a BGR frame."""
-    scale = max(1.0, image.shape[1] / WORK_WIDTH)
-    size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
-    gray = cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
-    points, descriptors = _sift(gray)
+    small, scale = at_most_wide(image, WORK_WIDTH)
+    points, descriptors = _sift(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
     return Keypoints(points, descriptors, scale)
 
 

@@ -19,6 +19,7 @@ from nxtdrive.vision.detectors.alignment import Canvas, Poses, canvas_of
 from nxtdrive.vision.detectors.fourier import correlated, spectra
 from nxtdrive.vision.detectors.lit_windows import FLAT_SD, Footprint, LitWindows
 from nxtdrive.vision.detectors.resemblance import CUT, WHITE
+from nxtdrive.vision.detectors.scaling import at_most_wide
 
 WORK_WIDTH = 320
 """Proposals are made on a copy of the frame at most this wide."""
@@ -147,13 +148,8 @@ class Pyramid:
 
 def pyramid(image: Image) -> Pyramid:
     """Return the levels of a BGR frame."""
-    scale = max(1.0, image.shape[1] / WORK_WIDTH)
-    colors = [(image, 1.0)]
-    work = image
-    if scale > 1:
-        size = (round(image.shape[1] / scale), max(1, round(image.shape[0] / scale)))
-        work = _u8(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-        colors.append((work, scale))
+    work, scale = at_most_wide(image, WORK_WIDTH)
+    colors = [(image, 1.0), (work, scale)] if scale > 1.0 else [(image, 1.0)]
     overexposed, glare = _glare(work)
     if glare is not None:
         colors = [(_whitened(each, glare), one) for each, one in colors]

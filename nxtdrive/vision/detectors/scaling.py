@@ -1,4 +1,4 @@
-"""Scales pictures down to a height."""
+"""Scales pictures down: to a height, or to at most a width."""
 
 from __future__ import annotations
 
@@ -24,3 +24,12 @@ def at_height(image: NDArray[Value], height: int, stretch: float = 1.0) -> NDArr
     """
     width = max(NARROWEST_PX, round(height * stretch * image.shape[1] / image.shape[0]))
     return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), image.dtype)
+
+
+def at_most_wide(image: NDArray[Value], width: int) -> tuple[NDArray[Value], float]:
+    """Return an image that is reduced to a width in pixels if it is wider, its values averaged, and its reduction."""
+    reduction = max(1.0, image.shape[1] / width)
+    if reduction == 1.0:
+        return image, reduction
+    size = (round(image.shape[1] / reduction), max(1, round(image.shape[0] / reduction)))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), image.dtype), reduction
