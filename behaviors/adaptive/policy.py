@@ -101,13 +101,13 @@ class AdaptivePolicy:
         round_s, past = math.inf, None
         if detour:
             round_s = detour.extra_s
-            why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
+            why = f"going round takes {round_s:.0f} s longer, and waiting is not expected to pay"
             chance, situation = self.chances.of(DETOUR, evidence)
             past = Candidate(Choice(DETOUR, why, route=detour.route), round_s, chance, situation=situation)
         mixture = hypotheses(blocker)
         wait_s = best_wait_s(mixture, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
         if wait_s >= TUNING.shortest_wait_s:
-            other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
+            other = f"going round takes {round_s:.0f} s longer" if detour else "there is no path around it"
             leaves = sum(each.weight * (1.0 - each.survival(wait_s)) for each in mixture)
             chance, situation = self.chances.of(WAIT, evidence, leaves)
             choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)

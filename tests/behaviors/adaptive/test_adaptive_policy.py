@@ -112,6 +112,12 @@ def test_what_is_chosen(evidence, kind):
     assert choice.why
 
 
+def test_a_detour_is_justified_by_how_much_longer_than_the_straight_path_it_takes():
+    choice = AdaptivePolicy().select(_blocked(LOW, 4.0))
+    assert choice.kind is DETOUR
+    assert "4 s longer" in choice.why
+
+
 def test_it_moves_to_the_place_that_promises_most_for_its_time():
     for viewpoints in ((GOOD, POOR), (POOR, GOOD)):
         assert POLICY.select(_evidence(here=NOT_HERE, viewpoints=viewpoints)).route == ROUTE
