@@ -78,7 +78,15 @@ TUNING = ScaleTuning()
 
 @dataclass(slots=True)
 class _Estimate:
-    """Factor and offset of one target, with their variances and covariance; and the last measurements."""
+    """Factor and offset of one target, with their variances and covariance; and the last measurements.
+
+    Attributes:
+        begin: Where a stretch of straight driving began, how far away the target looked there, and whether the floor
+            said so.
+        last_echo: Where the last echo that counts was received, and how far in front of the lens it came from.
+        guessed: Whether the target's height is a guess.
+        by_floor: Distance by the floor over the distance by size, where the lower edge was seen last.
+    """
 
     factor: float
     variance: float

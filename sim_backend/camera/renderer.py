@@ -32,6 +32,7 @@ class Facet:
     """The part of a panel in front of the lens, in the camera's frame.
 
     Attributes:
+        panel: The panel.
         to_image: Maps (s, t, 1) on the whole panel, both 0..1 from the upper left as seen from the front, to the image.
         columns: First covered image column, and one past the last.
         inverse_depth: 1/mm, one value per image column of the whole image; meaningful within `columns`.
