@@ -1,4 +1,4 @@
-"""Coordinates on the floor: x to the right of the map, y down, angles clockwise from +x.
+"""Coordinates and angles on the floor: x to the right of the map, y down, angles clockwise from +x.
 
 An object has two axes of its own: along its facing, and across it, to the right.
 """
@@ -26,16 +26,16 @@ def along_and_across(x: Length, y: Length, facing_deg: float) -> tuple[Length, L
     return x * cos + y * sin, y * cos - x * sin
 
 
-def on_map(at_mm: Point, facing: float, along_mm: float, across_mm: float) -> Point:
+def on_map(at_mm: Point, facing_rad: float, along_mm: float, across_mm: float) -> Point:
     """Return the map position of a point that is given in the axes of an object.
 
     Args:
         at_mm: The object.
-        facing: Its facing in radians.
+        facing_rad: Its facing.
         along_mm: Distance of the point ahead of the object.
         across_mm: Distance to its right.
     """
-    cos, sin = math.cos(facing), math.sin(facing)
+    cos, sin = math.cos(facing_rad), math.sin(facing_rad)
     return at_mm[0] + along_mm * cos - across_mm * sin, at_mm[1] + along_mm * sin + across_mm * cos
 
 
@@ -45,17 +45,17 @@ def within(point: Point, at_mm: Point, size_mm: Point, facing_deg: float) -> boo
     return abs(along) <= size_mm[0] / 2 and abs(across) <= size_mm[1] / 2
 
 
-def corners_of(at_mm: Point, size_mm: Point, facing: float) -> list[Point]:
+def corners_of(at_mm: Point, size_mm: Point, facing_rad: float) -> list[Point]:
     """Return the corners of a rectangle around `at_mm`, with `size_mm` along and across its facing, clockwise.
 
     Args:
         at_mm: Its middle.
         size_mm: Its sides.
-        facing: Radians.
+        facing_rad: Its facing.
     """
     along, across = size_mm[0] / 2, size_mm[1] / 2
     offsets = ((along, -across), (along, across), (-along, across), (-along, -across))
-    return [on_map(at_mm, facing, *offset) for offset in offsets]
+    return [on_map(at_mm, facing_rad, *offset) for offset in offsets]
 
 
 def wrapped_deg(angle_deg: Angle) -> Angle:
