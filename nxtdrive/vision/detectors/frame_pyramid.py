@@ -134,7 +134,7 @@ class Pyramid:
     """A frame, prepared for all matchers.
 
     Attributes:
-        levels: Gray, the finest first, at most `WORK_WIDTH` wide.
+        levels: Grey, the finest first, at most `WORK_WIDTH` wide.
         canvas: The same levels for the alignment.
         colors: The frame in colour and its smaller copies, with their scales, the finest first.
         overexposed: Whether much of the frame is white.

@@ -18,7 +18,7 @@ def at_height(image: NDArray[Value], height: int, stretch: float = 1.0) -> NDArr
     """Return an image at a height in pixels, its values averaged.
 
     Args:
-        image: Gray or in colour.
+        image: Grey or in colour.
         height: Pixels.
         stretch: Factor of the width that belongs to the height.
     """
