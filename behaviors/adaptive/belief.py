@@ -164,9 +164,9 @@ class Belief:
         self._likely = likely
         self.reach_mm = (math.isqrt(len(likely)) - 1) / 2 * TUNING.spacing_mm
         self._x, self._y = _places(self.reach_mm)
-        self._normalize()
+        self._normalise()
 
-    def _normalize(self) -> None:
+    def _normalise(self) -> None:
         left = float(self._mass().sum())
         self._learned /= left
         self._unlearned /= left
@@ -192,7 +192,7 @@ class Belief:
         left = 1.0 - view.possible * np.minimum(TUNING.sure, 1.0 - viewpoint.missed[view.near])[:, None]
         self._learned[view.near] *= left / viewpoint.left[view.near]
         viewpoint.left[view.near] = left
-        self._normalize()
+        self._normalise()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
         """Update with a sighting at a place, from another, at the slant that its width implies."""
@@ -229,7 +229,7 @@ class Belief:
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
         self._learned[self._near(place)] *= TUNING.refuted
-        self._normalize()
+        self._normalise()
 
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
