@@ -140,22 +140,18 @@ class LiveCamera:
     def _open_and_grab(self) -> None:
         try:
             capture = self._open_capture()
+            try:
+                self._grab(capture)
+            finally:
+                capture.release()
         except Exception:  # whatever a driver raises, the camera may work again later
-            log.debug("%s could not be opened", self._name, exc_info=True)
-            return
-        try:
-            self._grab(capture)
-        finally:
-            capture.release()
+            log.debug("%s failed", self._name, exc_info=True)
 
     def _grab(self, capture: Capture) -> None:
         """Take frames until there are no more."""
         while capture.isOpened() and not self._closing.is_set():
-            try:
-                there, read = capture.read()
-                image = as_frame(read) if there else None
-            except (cv2.error, MemoryError):
-                return
+            there, read = capture.read()
+            image = as_frame(read) if there else None
             if image is None:
                 return
             with self._changed:

@@ -235,6 +235,21 @@ def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_f
     camera.close()
 
 
+def test_a_webcam_whose_driver_fails_while_it_is_closed_is_reopened(mocker):
+    mocker.patch("nxtdrive.vision.live.REOPEN_AFTER_S", 0.01)
+    first, second = Webcam(), Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[first, second])
+    mocker.patch.object(first, "release", side_effect=OSError("no such device"))
+    first.deliver(1)
+    camera = open_camera("0", clock=WallClock())
+    camera.read(2.0)
+    first.unplug()
+    second.deliver(1)
+    assert camera.read(5.0).index == 1
+    second.unplug()
+    camera.close()
+
+
 def test_an_observer_that_fails_is_reported_once_and_the_camera_continues(mocker, caplog):
     webcam, seen = Webcam(), []
     mocker.patch("cv2.VideoCapture", side_effect=[webcam])
@@ -292,7 +307,9 @@ def test_frames_of_other_kinds_become_frames_of_the_usual_one(mocker, frame, sha
     camera.close()
 
 
-@pytest.mark.parametrize("frame", [None, np.zeros((12, 16, 2), np.uint8), cv2.error("damaged"), MemoryError()])
+@pytest.mark.parametrize(
+    "frame", [None, np.zeros((12, 16, 2), np.uint8), cv2.error("damaged"), MemoryError(), OSError("no such device")]
+)
 def test_a_camera_whose_frames_are_not_pictures_is_reported(mocker, frame):
     mocker.patch("cv2.VideoCapture", side_effect=[OddCamera(frame)])
     with pytest.raises(CameraError, match=r"camera 0 gives no frames"):
