@@ -78,12 +78,14 @@ class TargetEstimate:
         place: Where it is estimated to be.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
+        seen_from: Where the robot was then.
         edges_mm: Its edges; None if no frame has shown both.
     """
 
     place: Point
     time_s: float
     distance_mm: float
+    seen_from: Pose
     edges_mm: Edges | None = None
 
 
@@ -334,8 +336,9 @@ class TargetMemory:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
-        pose = self._camera.lens_at(self._poses.at(sighting.time_s))
-        place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), pose.point
+        seen_from = self._poses.at(sighting.time_s)
+        lens = self._camera.lens_at(seen_from)
+        place, here = lens.ahead(sighting.distance_mm, sighting.bearing_deg), lens.point
         self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)
         if before is not None and math.dist(before.place, place) > TUNING.jump_mm:
@@ -350,7 +353,18 @@ class TargetMemory:
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         edges_mm = self._edges_with(sighting, None if before is None else before.edges_mm)
-        self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm, edges_mm)
+        self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm, seen_from, edges_mm)
+
+    def turned(self, scale: float, begin: Pose, end: Pose) -> None:
+        """Move the targets seen in a turn on the spot, which was `scale` times as far as from `begin` to `end`."""
+        for target, known in self.known.items():
+            share = (known.seen_from.heading_deg - begin.heading_deg) / (end.heading_deg - begin.heading_deg)
+            if 0.0 <= share <= 1.0 and known.seen_from.distance_mm_to(begin) <= TUNING.step_mm:
+                bearing_deg, distance_mm = known.seen_from.polar_to(known.place)
+                heading_deg = begin.heading_deg + scale * (known.seen_from.heading_deg - begin.heading_deg)
+                known.seen_from = replace(known.seen_from, heading_deg=heading_deg)
+                known.place = known.seen_from.ahead(distance_mm, bearing_deg)
+                self.beliefs[target].see(known.place, known.seen_from.point)
 
     def _edges_with(self, sighting: Sighting, before: Edges | None) -> Edges | None:
         """Return the estimate of a target's edges, updated with a sighting that shows both."""

@@ -191,8 +191,9 @@ class WorldModel:
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
         """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as its wheels said.
 
-        The floor that the camera saw in that turn is forgotten; targets seen in it stay where they were placed.
+        Targets seen in it are moved, too; the floor that the camera saw in it is forgotten.
         """
+        self.targets.turned(scale, beams[0][0], beams[-1][0])
         self.floor.restore()
         self.poses.clear()
         begin_deg = beams[0][0].heading_deg

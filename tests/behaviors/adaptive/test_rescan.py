@@ -12,7 +12,7 @@ from behaviors.adaptive.target_memory import TargetEstimate
 from behaviors.adaptive.wait_rescan import RescanSkill
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event
-from behaviors.ports import Glimpse
+from behaviors.ports import Glimpse, Pose
 
 HALF_VIEW_DEG = 8.0
 
@@ -37,6 +37,6 @@ def test_it_finds_a_target_that_is_still_there(yaw_deg, bearing_deg):
     camera = mission.camera.model_copy(update={"yaw_deg": yaw_deg})
     profile = adaptive_profile(robot, mission.model_copy(update={"camera": camera}))
     place = robot.pose().ahead(1000.0, bearing_deg)
-    profile.world.targets.known["a"] = TargetEstimate(place, 0.0, 1000.0)
+    profile.world.targets.known["a"] = TargetEstimate(place, 0.0, 1000.0, Pose())
     assert RescanSkill(profile._perception).call().event is Event.TARGET_SEEN
     assert abs(robot.pose().heading_deg) <= 180.0

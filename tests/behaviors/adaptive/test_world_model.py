@@ -206,3 +206,19 @@ def test_a_corrected_heading_is_not_a_turn(world):
     world.turned(1.03, beams)
     world.perceive(3.8, Pose(heading_deg=371.0), 900.0, [], NOTHING)
     assert world.poses.turn_deg_s(3.75) == 0.0
+
+
+def test_a_target_seen_in_a_corrected_turn_is_where_the_corrected_heading_says(world):
+    elsewhere = (0.0, 3000.0)
+    _see(world, elsewhere, 0.0, "window", Pose(0.0, 2000.0, 90.0))
+    beams = [(Pose(heading_deg=float(each)), 900.0) for each in range(0, 370, 10)]
+    world.floor.save()
+    for i, (pose, _) in enumerate(beams):
+        by_wheels = Pose(heading_deg=300.0).ahead(1500.0)
+        seen = {"door": _sighting(by_wheels, pose, 1.0 + i)} if pose.heading_deg == 300.0 else {}
+        world.perceive(1.0 + i, pose, 900.0, list(seen), Glimpse(1.0 + i, seen))
+    world.turned(1.05, beams)
+    place = Pose(heading_deg=315.0).ahead(1500.0)
+    assert world.targets.known["door"].place == pytest.approx(place)
+    assert world.targets.beliefs["door"].held_at(place) > 0.5
+    assert world.targets.known["window"].place == pytest.approx(elsewhere)
