@@ -190,21 +190,21 @@ class WiringCheck:
         self._echoes.clear()
 
     def _add_echo(self, time_s: float, range_mm: float, pose: Pose) -> None:
-        """Compare an echo with the last one, and with the first one of the last seconds.
+        """Compare an echo with the last one, and with all of the last seconds.
 
         A robot that drives in circles receives the same echoes again and again; they may fit a wrong wiring's short
-        ways, but not its long ones.
+        ways, but not its long ones. Since these overlap, all of them together count as much as the short one.
         """
         self._echoes = [echo for echo in self._echoes if time_s - echo.time_s <= TUNING.within_s]
         if self._echoes:
-            last, first = self._echoes[-1], self._echoes[0]
+            last = self._echoes[-1]
             forward_mm, turned_deg = _displacement(last.pose, pose)
             if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < TUNING.rolled_mm:
                 return
-            # The ways since the first one overlap, so each counts as much as what is new of it.
-            befores = {last: 1.0, first: (time_s - last.time_s) / (time_s - first.time_s)}
-            farther = [(range_mm - before.range_mm, weight) for before, weight in befores.items()]
-            displacements = tuple(_displacement(before.pose, pose) for before in befores)
+            weights = dict.fromkeys(self._echoes, 1.0 / len(self._echoes))
+            weights[last] += 1.0
+            farther = [(range_mm - before.range_mm, weight) for before, weight in weights.items()]
+            displacements = tuple(_displacement(before.pose, pose) for before in weights)
             self._learn(dict.fromkeys(AGES, displacements), partial(_echo_likelihood, farther))
         self._echoes.append(_Echo(time_s, range_mm, pose))
 
@@ -291,20 +291,16 @@ class WiringCheck:
 def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Displacement]) -> float:
     """Return how probable an echo is after others, if the robot really moved like this since each of them.
 
-    A robot that moved, or did not, did so since all of them.
-
     Args:
         farther: By how many millimetres the echo is farther away than each of the others, and how much each counts.
         displacements: Since each of them.
     """
     anything, echoes = 1.0 / TUNING.any_mm, NormalDist(0.0, TUNING.echo_mm)
-    moved = late = stray = 1.0
+    likelihood = 1.0
     for (farther_mm, weight), (forward_mm, turned_deg) in zip(farther, displacements, strict=True):
-        of_anything = abs(turned_deg) > TUNING.straight_deg
-        moved *= (anything if of_anything else echoes.pdf(farther_mm + forward_mm)) ** weight
-        late *= echoes.pdf(farther_mm) ** weight
-        stray *= anything**weight
-    return _mixed(moved, late, stray)
+        moved = anything if abs(turned_deg) > TUNING.straight_deg else echoes.pdf(farther_mm + forward_mm)
+        likelihood *= _mixed(moved, echoes.pdf(farther_mm), anything) ** weight
+    return likelihood
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
