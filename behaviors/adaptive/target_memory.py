@@ -21,7 +21,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Cut, Edges, Glimpse, Point, Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
-RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
+RANGE_HEIGHTS = {"picture": 17.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
 OTHER_RANGE_HEIGHTS = 12.0
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 

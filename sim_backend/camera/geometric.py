@@ -99,17 +99,17 @@ class DetectorModel:
 
 
 PICTURE_MODEL = DetectorModel(
-    log2_height=Falloff(3.69, -0.04),
-    slant_deg=Falloff(56.9, 1.54),
-    hidden=Falloff(0.34, 0.069),
-    blur=Falloff(0.254, 0.0156),
-    bearing_sd_deg=0.063,
-    distance_sd=0.024,
-    dark=Falloff(-2.76, -0.032),
-    glare=Falloff(1.58, 0.096),
+    log2_height=Falloff(3.98, -0.0269),
+    slant_deg=Falloff(61.2, 2.66),
+    hidden=Falloff(0.368, 0.0748),
+    blur=Falloff(0.281, 0.0249),
+    bearing_sd_deg=0.012,
+    distance_sd=0.031,
+    dark=Falloff(-2.80, -0.030),
+    glare=Falloff(1.97, 0.144),
 )
-"""The `picture` detector on "lena" and "rilakkuma", before it aligned its proposals; docs/vision.md 1.3 compares the
-present one. Source: tools/dev/fit_geometric.py, 600 frames in each sweep, but 100 for `dark` and `glare`."""
+"""The `picture` detector on "lena" and "rilakkuma". Source: tools/dev/fit_geometric.py, 600 frames in each sweep, but
+100 for `dark` and `glare`."""
 
 
 @dataclass(frozen=True, slots=True)

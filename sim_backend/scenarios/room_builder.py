@@ -18,8 +18,8 @@ from sim_backend.world.world_file import Robot, WorldFile
 ROBOT = Robot(start_mm=(0.0, 0.0))
 """The world file's default robot."""
 ROBOT_RADIUS_MM = ROBOT.radius_mm
-PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 3200.0
-"""Size of an A6 print, and geometric vision's range for it: large rooms have places from which it is not seen."""
+PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 2600.0
+"""Size of an A6 print, and how far away geometric vision finds half of them: large rooms have places beyond that."""
 LOW_BOX_MM, TALL_BOX_MM = (100.0, 150.0), (350.0, 800.0)
 """Heights of boxes that stop the robot but do not block the view, and of boxes that do both."""
 STAND_HEIGHT_MM = 200.0

@@ -138,7 +138,8 @@ def test_light_that_drifts_comes_and_goes():
 
 
 def test_detections_become_rarer_in_the_dark_and_in_glare():
-    rates = [PICTURE_MODEL.visibility(brightness) for brightness in (0.1, 0.148, 0.3, 1.0, 3.0, 5.0)]
+    darkest, brightest = 2.0**PICTURE_MODEL.dark.half, 2.0**PICTURE_MODEL.glare.half
+    rates = [PICTURE_MODEL.visibility(each) for each in (0.1, darkest, 0.3, 1.0, brightest, 6.0)]
     assert rates[0] < 0.1 < rates[1] < 0.9 < rates[2] <= rates[3] == 1.0
     assert rates[5] < 0.1 < rates[4] < 0.9
 

@@ -63,7 +63,7 @@ def test_errors_are_as_large_as_the_model_predicts():
 def test_the_same_seed_sees_the_same():
     def looks(seed):
         detector = GeometricDetector(seed=seed)
-        return [detector.observe([lena(6200.0)], ORIGIN, "lena") for _ in range(40)]
+        return [detector.observe([lena(5200.0)], ORIGIN, "lena") for _ in range(40)]
 
     assert looks(1) == looks(1)
     assert looks(1) != looks(2)
@@ -113,8 +113,8 @@ def test_a_hidden_picture_does_not_hide_another_of_the_same_name():
 @pytest.mark.parametrize(
     "worse",
     [
-        [rate([lena(distance)]) for distance in (1000.0, 6400.0, 9000.0)],
-        [rate([lena(facing_deg=180.0 + slant)]) for slant in (0.0, 57.0, 75.0)],
+        [rate([lena(distance)]) for distance in (1000.0, 5200.0, 9000.0)],
+        [rate([lena(facing_deg=180.0 + slant)]) for slant in (0.0, 61.0, 75.0)],
         [rate([lena()], turn_rate) for turn_rate in (0.0, 175.0, 400.0)],
     ],
     ids=["farther", "more slanted", "turning faster"],
