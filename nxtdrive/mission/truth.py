@@ -12,6 +12,7 @@ import numpy as np
 from nxtdrive.mission.detectors import codes_in
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
+from nxtdrive.vision.detectors.color import ColorDetector
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -21,8 +22,8 @@ FRAME = (240, 320)
 HEIGHTS_PX = (120, 70)
 """Apparent heights at which a front is shown to a detector; every detector finds its target at one of these."""
 GRAY = 128
-MIN_SHARE = 0.25
-"""A detection that covers less of a front is of a detail: a red sleeve on a portrait is not a red box."""
+MIN_COLOR_SHARE = 0.25
+"""A colour that covers less of a front is of a detail: a red sleeve on a portrait is not a red box."""
 
 
 class Truth(Protocol):
@@ -101,7 +102,8 @@ def shows(front: Image, detector: Detector) -> bool:
 
 def _finds(detector: Detector, front: Image, height_px: int) -> bool:
     frame, area = _shown(front, height_px)
-    return any(found.box[2] * found.box[3] >= MIN_SHARE * area for found in detector.detect(frame))
+    least = MIN_COLOR_SHARE * area if isinstance(detector, ColorDetector) else 0.0
+    return any(found.box[2] * found.box[3] >= least for found in detector.detect(frame))
 
 
 def codes_on(front: Image, detector: Detector) -> list[str]:

@@ -13,6 +13,7 @@ from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
+from sim_backend.bundled import PICTURES
 from sim_backend.simulation import Simulation
 
 WITH_SHEET = """
@@ -24,6 +25,11 @@ pictures = [{ name = "sheet", file = "sheet.png", at_mm = [2500, 2500], facing_d
 QR_MISSION = """
 mission = { name = "bin", targets = ["bin"] }
 target.bin = { detector = "qr", text = "Muelleimer", height_mm = 150 }
+"""
+
+FACE_MISSION = """
+mission = { name = "granny", targets = ["granny"] }
+target.granny = { detector = "haar", cascade = "haarcascade_frontalface_alt2", height_mm = 200 }
 """
 
 
@@ -92,6 +98,18 @@ def test_the_codes_of_the_simulated_world_are_reported_where_one_was_looked_for(
     review(_unsuccessful("bin"))
     [hint] = review.hints
     assert "nothing in this world does. It has sheet (QR code 'Mülleimer'), crate. " in hint
+
+
+def test_a_face_that_is_a_small_part_of_a_portrait_belongs_to_the_world(tmp_path):
+    face = cv2.resize(cv2.imread(str(PICTURES / "lena.png")), (200, 280))
+    portrait = cv2.copyMakeBorder(face, 60, 100, 120, 120, cv2.BORDER_CONSTANT, value=(150, 150, 150))
+    cv2.imwrite(str(tmp_path / "sheet.png"), portrait)
+    room = tmp_path / "room.toml"
+    room.write_text(WITH_SHEET, encoding="utf-8")
+    (tmp_path / "granny.toml").write_text(FACE_MISSION, encoding="utf-8")
+    review = RunReview(load_mission(tmp_path / "granny.toml"), Simulation(room).truth, lambda _: None)
+    review(_unsuccessful("granny"))
+    assert review.hints == []
 
 
 def test_an_object_of_the_targets_name_that_looks_otherwise_is_to_be_corrected(mission_for):
