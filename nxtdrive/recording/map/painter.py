@@ -14,7 +14,7 @@ from nxtdrive.drawing.floor_view import Area, FloorView
 from nxtdrive.drawing.legend import Key, Paint, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet
 from nxtdrive.recording.map.events import MapEvent, Numbering
-from nxtdrive.recording.map.scene import Line, MapScene
+from nxtdrive.recording.map.scene import Line, MapScene, target_place
 from nxtdrive.recording.map.style import (
     ECHO,
     HINT,
@@ -38,8 +38,6 @@ VISIBLE_MM = 60.0
 """Shorter pieces of a path cannot be seen: a state that has no longer one is not in the legend."""
 MARK_PX, SMALL_MARK_PX = 6.5, 3.5
 """Marks of events with and without a number."""
-LAST = 9
-"""A target's place on the map is the median of this many last sightings, which are usually the nearest."""
 
 
 def on_page(point: Point) -> Point:
@@ -140,12 +138,6 @@ class MapPainter:
             at, front = _pixels(view, [last.point, last.ahead(radius_mm)])
             view.sheet.circle(at, radius, None, INK, 1.5)
             view.sheet.line([at, front], INK, 1.5)
-
-
-def target_place(points: Sequence[Point]) -> Point:
-    """Return the estimated place of a target, from its sightings in order of time."""
-    xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
-    return xs[len(xs) // 2], ys[len(ys) // 2]
 
 
 def _pixels(view: FloorView, points: Sequence[Point]) -> list[Point]:

@@ -17,8 +17,8 @@ from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, Color
 from nxtdrive.recording.map.events import MapEvent, Numbering, numbering
-from nxtdrive.recording.map.painter import MapPainter, on_page, target_place
-from nxtdrive.recording.map.scene import START, Line, MapScene, gather
+from nxtdrive.recording.map.painter import MapPainter, on_page
+from nxtdrive.recording.map.scene import START, Line, MapScene, gather, target_place
 from nxtdrive.recording.map.style import mark_style, target_color
 from nxtdrive.recording.run_reader import start_of
 from nxtdrive.recording.wording import spaced, target_outcome_words

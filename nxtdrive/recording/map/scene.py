@@ -25,6 +25,8 @@ FARTHEST_MM = 1e6
 """Numbers beyond this are not places."""
 FOOTPRINT_STEP_MM = 60.0
 """After each such stretch the floor under the robot is marked free."""
+LAST = 9
+"""A target's place on the map is the median of this many last sightings, which are usually the nearest."""
 START = Pose(0.0, 0.0, 0.0)
 
 
@@ -47,8 +49,8 @@ class MapScene:
     floor: OccupancyGrid = field(default_factory=OccupancyGrid)
 
     def points(self) -> list[Point]:
-        """Return every place that must be on the map."""
-        seen = [point for points in self.sightings.values() for point in points]
+        """Return every place that must be on the map. Single sightings may be of something else far away."""
+        seen = (target_place(points) for points in self.sightings.values())
         return [(0.0, 0.0), *(pose.point for pose, _ in self.poses), *self.echoes, *seen]
 
     def pieces(self) -> list[tuple[str, list[Point]]]:
@@ -73,6 +75,12 @@ class MapScene:
         rows, columns = np.nonzero((inner > least) & (inner <= most))
         x_mm, y_mm = (self.floor.cells.centre_mm(each + 1) for each in (rows, columns))
         return list(zip(x_mm.tolist(), y_mm.tolist(), strict=True))
+
+
+def target_place(points: Sequence[Point]) -> Point:
+    """Return the estimated place of a target."""
+    xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
+    return xs[len(xs) // 2], ys[len(ys) // 2]
 
 
 def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScene:

@@ -132,6 +132,12 @@ def test_sightings_and_echoes_are_where_the_robot_saw_them():
     assert scene.sightings["lena"] == [pytest.approx((300.0, 1000.0))]
 
 
+def test_a_single_false_sighting_far_away_does_not_make_the_room_small():
+    far = _look(0.7, "search", [0.0, 0.0, 0.0], sighting={**SIGHTING, "distance_mm": 30000.0})
+    near = [_look(3.0 + i, "arrive", [300.0, 0.0, 0.0], sighting=SIGHTING) for i in range(3)]
+    assert map_page([*STORY[:3], far, *near, END]).area == map_page([*STORY[:3], *near, END]).area
+
+
 def test_the_notes_are_the_lines_that_were_printed_with_number_and_time():
     printed: list[str] = []
     progress = ProgressLines(printed.append)
