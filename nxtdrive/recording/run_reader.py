@@ -15,7 +15,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.mistakes import nearest
 from input_files.plain import InputFileError, read_bytes, read_text
-from nxtdrive.recording.run_folder import JOURNAL, MISSION
+from nxtdrive.recording.run_folder import JOURNAL, MISSION, SUMMARY
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +27,14 @@ class PastRun:
         records: The journal's records.
         damaged: Numbers of lines that cannot be read, from 1.
         mission: The mission with its parameters; None if the folder has none that this version can read.
+        hints: What to check or change, as the run printed it; empty without a summary.
     """
 
     path: Path
     records: tuple[Record, ...]
     damaged: tuple[int, ...]
     mission: Mission | None
+    hints: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -91,7 +93,8 @@ def read_run(path: Path) -> PastRun:
             f"{path} is not a journal: no line of it is a record.",
             remedy="Name the folder of a run, such as runs/my-mission-001, or its journal.jsonl.",
         )
-    run = PastRun(path, tuple(records), tuple(damaged), _mission(path.parent / MISSION))
+    folder = path.parent
+    run = PastRun(path, tuple(records), tuple(damaged), _mission(folder / MISSION), _hints(folder / SUMMARY))
     if run.format > JOURNAL_FORMAT:
         raise ConfigError(
             f"{path} has format {run.format}, and this version reads formats up to {JOURNAL_FORMAT}.",
@@ -139,3 +142,12 @@ def _mission(path: Path) -> Mission | None:
         return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)), context=PAST)
     except ValueError:
         return None
+
+
+def _hints(path: Path) -> tuple[str, ...]:
+    """Read the hints of a summary; none if there is no summary, as of a run that was killed."""
+    try:
+        hints = parse_object(read_text(path, MAX_BYTES)).get("hints")
+    except ValueError:
+        return ()
+    return tuple(each for each in hints if isinstance(each, str)) if isinstance(hints, list) else ()

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Explain why a robot did what it did: for each decision of a run what had failed,
 what was known, the alternatives and their cost, what was chosen and why, and the
-outcome. With --profile, also say what its policy would have chosen there."""
+outcome; at the end, the run's hints at what to check or change. With --profile,
+also say what its policy would have chosen there."""
 EXAMPLES = """\
   nxtdrive explain-run runs/lena-then-rilakkuma-001
   nxtdrive explain-run runs/lena-then-rilakkuma-001 --profile thesis
@@ -61,6 +62,7 @@ def _plain(explanation: Explanation) -> dict[str, Any]:
         "ending": run.end.data.get("ending") if run.end else None,
         "duration_s": run.records[-1].time_s,
         "damaged_lines": list(run.damaged),
+        "hints": list(run.hints),
         "decisions": [
             {
                 **_plain_decision(each.decision),

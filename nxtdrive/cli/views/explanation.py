@@ -44,6 +44,8 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
         console.print(Panel(_body(each, explanation), title=title, title_align="left"))
     if explanation.other_policy and explanation.decisions:
         console.print(_sum(explanation))
+    for hint in explanation.run.hints:
+        console.print(Text(printable(f"hint: {hint}")))
 
 
 def _head(explanation: Explanation) -> list[Text]:

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -167,6 +168,15 @@ def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path
     assert decision["outcome"]["result"] == "journal_ends"
     assert told["damaged_lines"], "the line that was being written"
     assert "unfinished" in explained(cut)
+
+
+def test_the_hints_of_the_run_are_repeated_at_the_end(runs, explained, tmp_path):
+    shutil.copytree(runs["thesis"], tmp_path, dirs_exist_ok=True)
+    for hints, said in ((["Is height_mm right?", 7], ["Is height_mm right?"]), ("lost", [])):
+        (tmp_path / "summary.json").write_text(json.dumps({"hints": hints}), encoding="utf-8")
+        assert explained(tmp_path, "--json")["hints"] == said
+        last_line = explained(tmp_path).splitlines()[-1]
+        assert (last_line == "hint: Is height_mm right?") == bool(said)
 
 
 def test_a_journal_of_the_first_format_is_reported_and_its_evidence_understood(explained):
