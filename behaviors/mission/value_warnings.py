@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from behaviors.mission.robot import Table
 from behaviors.mission.tables import AdaptiveParameters, Mission, ThesisParameters
+from behaviors.mission.targets import ColorTarget
 from behaviors.profile_names import ADAPTIVE, THESIS
 
 MIN_HEIGHT_MM, MAX_HEIGHT_MM = 40.0, 2500.0
@@ -44,6 +45,7 @@ def value_warnings(mission: Mission) -> Iterator[str]:
         )
     for name in dict.fromkeys(table.targets):
         yield from _odd_height(name, mission.target[name].height_mm)
+        yield from _color_of_wood(name, mission)
     yield from _same_targets(mission)
     yield from _odd_robot(mission)
 
@@ -69,6 +71,15 @@ def _odd_height(name: str, height_mm: float) -> Iterator[str]:
     elif height_mm > MAX_HEIGHT_MM:
         most_m = MAX_HEIGHT_MM / 1000
         yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are computed from it."
+
+
+def _color_of_wood(name: str, mission: Mission) -> Iterator[str]:
+    target = mission.target[name]
+    if isinstance(target, ColorTarget) and target.color == "orange" and target.color not in mission.color:
+        yield (
+            f"target.{name}: wood, cardboard and skin look orange to a camera. Where there are any, "
+            "`nxtdrive calibrate colors --color orange` learns a stronger orange, or use another detector."
+        )
 
 
 def _same_targets(mission: Mission) -> Iterator[str]:

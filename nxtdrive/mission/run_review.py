@@ -15,7 +15,7 @@ from behaviors.adaptive.arrival import TUNING as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import brick_id
-from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
+from behaviors.mission.targets import ColorTarget, MarkerTarget, PictureTarget, QrTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.profile_names import THESIS
 from firmware_protocol.errors import NXTError
@@ -38,6 +38,9 @@ WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPS_BEFORE_WARNING = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
+
+NEAR_MM = 1000.0
+"""An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""
 
 FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 
@@ -146,8 +149,23 @@ class RunReview:
         arrival["sonar_mm"] = self._look.get("range_mm")
         if self._truth is not None:
             arrival |= self._compared_with_truth(target, believed_mm, self._truth)
+            if believed_mm is not None:
+                self._compare_place(target, self._truth)
         self.arrivals.append(arrival)
         return arrival
+
+    def _compare_place(self, target: str, truth: Truth) -> None:
+        """Add a hint if nothing that passes for the target is near or in view."""
+        names = self._lookalikes(target, truth)
+        if any(truth.in_front_of_camera(name) or truth.lens_distance_mm(name) < NEAR_MM for name in names):
+            return
+        color = isinstance(self._mission.target[target], ColorTarget)
+        remedy = "Choose another colour, or learn this one: `nxtdrive calibrate colors`" if color else "Take that away"
+        self._hint(
+            target,
+            f"{target}: the robot stopped in front of something else, which the camera took for it; in this world "
+            f"{target} is not there. {remedy}; the run's video shows what it was.",
+        )
 
     def _contradiction(self) -> tuple[float, float] | None:
         """Return echo and distance by size of the last look, if they contradict each other."""

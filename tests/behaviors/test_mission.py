@@ -381,6 +381,16 @@ def test_targets_that_no_detector_distinguishes_cause_a_warning(tmp_path, target
     assert not list(value_warnings(load_mission(_write(tmp_path, other))))
 
 
+CALIBRATED = "hue_deg = 26, reach_deg = 10, min_saturation_percent = 70, min_value_percent = 20"
+
+
+@pytest.mark.parametrize(("shade", "warned"), [("", True), (f"color.orange = {{ {CALIBRATED} }}\n", False)])
+def test_orange_that_was_not_calibrated_is_warned_of(tmp_path, shade, warned):
+    text = f'{shade}[mission]\ntargets = ["ball"]\n[target.ball]\ndetector = "color"\ncolor = "orange"\n'
+    told = list(value_warnings(load_mission(_write(tmp_path, text))))
+    assert ["wood" in each for each in told] == [True] * warned
+
+
 def test_the_built_in_mission_is_not_odd(tmp_path):
     for name in ("lena", "rilakkuma"):
         (tmp_path / f"{name}.png").touch()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import cv2
@@ -178,6 +179,23 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
     assert arrival["there"] is there
     assert (arrival["true_mm"] == pytest.approx(arrival["believed_mm"], rel=0.1)) is there
     assert arrival["sonar_mm"] == pytest.approx(arrival["true_mm"], abs=80)
+
+
+@pytest.mark.parametrize(("away_mm", "hints"), [(400, 0), (2500, 1)])
+def test_in_the_simulator_an_arrival_at_something_else_is_reported(away_mm, hints, mission_for):
+    simulation = Simulation("open")
+    at, facing_deg = simulation.truth.pictures["lena"][:2], simulation.truth.pictures["lena"].heading_deg
+    ahead = (math.cos(math.radians(facing_deg)), math.sin(math.radians(facing_deg)))
+    turned_deg = facing_deg + (180 if away_mm < 1000 else 90)
+    simulation.world.place_robot([at[i] + away_mm * ahead[i] for i in (0, 1)], turned_deg)
+    review = RunReview(mission_for("lena"), simulation.truth, lambda _: None)
+    data = {"source": "verify", "to": "reached", "event": Event.ARRIVED, "reason": Reason.WITHIN_REACH}
+    review(
+        Record(
+            10.0, RecordKind.TRANSITION, "reached", "lena", {**data, "evidence": {"sighting": {"distance_mm": 400.0}}}
+        )
+    )
+    assert sum("something else" in hint for hint in review.hints) == hints
 
 
 def test_an_arrival_and_a_failure_without_measurements_are_no_defect(mission_for):
