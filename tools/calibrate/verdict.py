@@ -147,7 +147,8 @@ def write_robot_file(path: Path, file: RobotFile) -> Path | None:
     """Write a robot file as a whole, in place of one that exists.
 
     Returns:
-        Where a copy of the previous file is, if that had comments, which the new one has not.
+        Where the previous file is kept, if there was one: under another name if it has comments, which the new one
+        lacks, so that a second calibration does not replace it.
 
     Raises:
         OSError: It cannot be written; what was there before is left as it is.
@@ -155,8 +156,9 @@ def write_robot_file(path: Path, file: RobotFile) -> Path | None:
     from nxtdrive.recording.output_file import replace_file
 
     copy = None
-    if path.is_file() and b"#" in (before := path.read_bytes()).removeprefix(HEADING.encode()):
-        copy = path.with_name(f"{path.name}.bak")
+    if path.is_file():
+        commented = b"#" in (before := path.read_bytes()).removeprefix(HEADING.encode())
+        copy = path.with_name(f"{path.name}.{'bak' if commented else 'previous'}")
         replace_file(copy, before)
     replace_file(path, toml_text(file).encode())
     return copy

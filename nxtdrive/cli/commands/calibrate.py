@@ -127,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
         copy = write_robot_file(path, outcome.file)
     _report(outcome, path, as_json=args.json)
     if copy is not None and not args.json:
-        write_line(f"{path} was rewritten; its comments are in {copy}.")
+        write_line(f"The file as it was before is {copy}; copy it to {path} to undo this.")
     return DONE
 
 

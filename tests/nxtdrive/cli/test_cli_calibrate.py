@@ -215,8 +215,18 @@ def test_a_file_with_comments_of_your_own_is_kept_beside_the_new_one(here, monke
         monkeypatch.setattr("sys.stdin", io.StringIO("\n1000\n\n0\n\n"))
         assert main(["calibrate", "wheels", "--ruler"]) == DONE
         assert (here / "robot.toml.bak").read_text() == mine
-    assert capsys.readouterr().out.count("its comments are in robot.toml.bak") == 1
+    assert "before is robot.toml.previous" in capsys.readouterr().out
     assert load_robot_file(here / "robot.toml").robot.radius_mm == 140.0
+
+
+def test_a_calibration_can_be_undone(here, monkeypatch):
+    written = []
+    for driven_mm in (1000, 1050, 1020):
+        monkeypatch.setattr("sys.stdin", io.StringIO(f"\n{driven_mm}\n\n0\n\n"))
+        assert main(["calibrate", "wheels", "--ruler"]) == DONE
+        written.append((here / "robot.toml").read_text())
+    assert written[1] != written[0]
+    assert (here / "robot.toml.previous").read_text() == written[1]
 
 
 @pytest.mark.parametrize("what", [[], ["camera"], ["wheels", "motors"]])
