@@ -170,6 +170,8 @@ def test_a_mission_is_one_call_that_returns_its_report(tmp_path):
     assert not report.hints
     with pytest.raises(ConfigError, match="nosuch"):
         nxtdrive.run_mission(tmp_path / "nosuch.toml")
+    with pytest.raises(ConfigError, match="daring"):
+        nxtdrive.run_mission(path, profile="daring")
 
 
 def test_the_simulated_robots_camera_opens_as_any_other(lab):

@@ -27,7 +27,8 @@ DESCRIPTION = """\
 Run agents (profiles, baselines and oracles) on the same simulated missions and
 evaluate them by the simulation's ground truth. Missions already in the file are not
 repeated, so the same command with --resume continues an interrupted sweep.
-docs/evaluation.md explains the classes and figures."""
+docs/evaluation.md explains the classes and figures, and how to repeat a mission
+of your own in your own room."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume

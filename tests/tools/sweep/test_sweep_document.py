@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 from nxtdrive.cli.main import DONE, main
 from nxtdrive.tools.sweep.task import Task, failed
+from sim_backend.bundled import PICTURES
 
 SECTION = re.compile(r"^### The keys of a line\n(.*?)^### ", re.DOTALL | re.MULTILINE)
 ROW = re.compile(r"^\| (`.*?`) \|", re.MULTILINE)
@@ -51,3 +53,17 @@ def test_the_documented_lines_read_it_by_pandas(folder, monkeypatch, capsys):
     exec(compile(program, "docs/evaluation.md", "exec"), names)
     assert len(names["targets"]) == 4
     assert "wrong_stops" in capsys.readouterr().out
+
+
+def test_the_documented_program_repeats_a_mission_with_several_profiles(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(PICTURES / "fox.png", "my-cat.jpg")
+    assert main(["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]) == DONE
+    section = re.search(r"^### Your own mission.*?```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+    program = section[1].replace("range(5)", "range(2)")
+    names: dict[str, object] = {}
+    exec(compile(program, "docs/evaluation.md", "exec"), names)
+    assert len(names["repeated"]) == 4
+    assert names["repeated"].groupby("profile")["time_s"].mean().nunique() == 2
+    assert "adaptive" in capsys.readouterr().out
