@@ -103,6 +103,24 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
+def lock_now(handle: int) -> bool:
+    """Lock an open file until it is closed, also by the end of the process; return False if another one has the lock.
+
+    Windows and some network file systems have no such locks; there every process gets it.
+    """
+    if sys.platform == "win32":
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
 def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
     """Write an image file.
 

@@ -13,10 +13,12 @@ from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 from input_files.pydantic_words import first_mistake
 from nxtdrive.host.unbuffered import write_all
+from nxtdrive.recording.output_file import lock_now
 
 from .mission_result import MissionResult
 
 ANOTHER = "Choose another file with --out."
+ENDED = "Wait until it has ended, or choose another file with --out."
 Line = TypeVar("Line", bound=BaseModel)
 
 
@@ -62,20 +64,23 @@ def read_lines(path: Path, model: type[Line], what: str) -> list[Line]:
 
 
 class ResultFile:
-    """Appends lines to a file, after its last complete one.
+    """Appends lines to a file, after its last complete one; the only one that does so at a time.
 
     Args:
         path: A file that `read_lines` accepts, or a new one in a folder that exists.
         remedy: What to do when a line cannot be written.
 
     Raises:
-        ConfigError: It cannot be written.
+        ConfigError: It cannot be written, or another program has it open as a `ResultFile`.
     """
 
     def __init__(self, path: Path, remedy: str = "Free some space, and continue with --resume.") -> None:
         self._path, self._remedy = path, remedy
         try:
             self._file = path.open("ab+", buffering=0)
+            if not lock_now(self._file.fileno()):
+                self._file.close()
+                raise ConfigError(f"another program is writing {path}.", remedy=ENDED)
             self._file.seek(0)
             self._file.truncate(self._file.read().rfind(b"\n") + 1)
         except OSError as error:

@@ -122,3 +122,15 @@ def test_results_that_cannot_be_written_say_how_to_continue(tmp_path):
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert path.read_text(encoding="utf-8") == whole + whole[:100], "a line cut short"
     assert read_results(path) == [RESULT]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such locks")
+def test_two_sweeps_do_not_write_one_file_at_once(tmp_path, capsys):
+    path = tmp_path / "r.jsonl"
+    with ResultFile(path) as first:
+        first.append(json.dumps(LINE))
+        assert main(["sweep", "--classes", "open", "--out", str(path), "--resume"]) == USAGE
+        assert "another program is writing" in capsys.readouterr().err
+    assert read_results(path) == [RESULT]
+    with ResultFile(path) as second:
+        second.append(json.dumps(LINE))
