@@ -89,6 +89,7 @@ class RunReview:
         self._stopped: Counter[str] = Counter()
         self._look: Mapping[str, Any] = {}
         self._nearer: dict[str, tuple[float, float]] = {}
+        self._alike: dict[str, list[str]] = {}
 
     def compare_brick(self, brick: Brick) -> None:
         """Give a hint if the mission's robot file describes another brick."""
@@ -124,7 +125,7 @@ class RunReview:
         if data["to"] == "reached":
             sighting = data["evidence"].get("sighting", {})  # another package's skill need not report one
             arrival = self._arrive(record.time_s, target, sighting.get("distance_mm"))
-            if not data["evidence"].get("passes_over") and (sizes := self._contradiction()):
+            if not data["evidence"].get("passes_over") and (sizes := self._contradiction(target)):
                 self._wrong_size(target, *sizes)
             left_over = 1.0 if sighting.get("bound") else self._true_share(arrival)
             self._scaled(target, left_over * data["evidence"].get("scale", 1.0))
@@ -135,11 +136,11 @@ class RunReview:
                 self._unseen(target)
         elif data.get("reason") == Reason.RANGE_MISMATCH:
             range_mm, distance_mm = (data["evidence"].get(name) for name in ("range_mm", "distance_mm"))
-            if range_mm is not None and distance_mm is not None:
+            if range_mm is not None and distance_mm is not None and not self._is_true(target, distance_mm):
                 self._wrong_size(target, range_mm, distance_mm)
         elif data.get("reason") == Reason.APPROACH_TIMEOUT:
             self._slow(target)
-        elif data.get("reason") in STOPPED and (sizes := self._contradiction()) and sizes[0] < sizes[1]:
+        elif data.get("reason") in STOPPED and (sizes := self._contradiction(target)) and sizes[0] < sizes[1]:
             self._stopped[target] += 1
             self._nearer[target] = sizes
 
@@ -167,8 +168,11 @@ class RunReview:
             f"{target} is not there. {remedy}; the run's video shows what it was.",
         )
 
-    def _contradiction(self) -> tuple[float, float] | None:
-        """Return echo and distance by size of the last look, if they contradict each other."""
+    def _contradiction(self, target: str) -> tuple[float, float] | None:
+        """Return echo and distance by size of the last look, if they contradict each other.
+
+        In the simulator the echo may be known to come from something else, such as what is in the way.
+        """
         sighting, range_mm = self._look.get("sighting"), self._look.get("range_mm")
         if (
             sighting is None
@@ -180,7 +184,16 @@ class RunReview:
         distance_mm = sighting["distance_mm"]
         thesis = self._mission.mission.profile == THESIS
         tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
-        return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
+        wrong = contradicts(range_mm, distance_mm, tolerance_mm) and not self._is_true(target, distance_mm)
+        return (range_mm, distance_mm) if wrong else None
+
+    def _is_true(self, target: str, distance_mm: float) -> bool:
+        """Return whether a distance by size is known to be right."""
+        truth = self._truth
+        return truth is not None and any(
+            truth.in_front_of_camera(name) and not contradicts(truth.lens_distance_mm(name), distance_mm)
+            for name in self._lookalikes(target, truth)
+        )
 
     def _compared_with_truth(self, target: str, believed_mm: float | None, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
@@ -292,7 +305,10 @@ class RunReview:
 
     def _lookalikes(self, target: str, truth: Truth) -> list[str]:
         """Return the names of the objects of the world that pass for a target."""
-        return [target] if self._by_name else recognised(self._detectors[target].detector, truth)
+        if target not in self._alike:
+            known = [target] if self._by_name else recognised(self._detectors[target].detector, truth)
+            self._alike[target] = known
+        return self._alike[target]
 
     @cached_property
     def _detectors(self) -> dict[str, TargetDetector]:

@@ -181,6 +181,22 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
     assert arrival["sonar_mm"] == pytest.approx(arrival["true_mm"], abs=80)
 
 
+@pytest.mark.parametrize(("share", "simulated", "hints"), [(1.0, True, 0), (0.5, True, 1), (1.0, False, 1)])
+def test_in_the_simulator_an_obstacle_before_the_target_does_not_cast_doubt_on_its_height(
+    share, simulated, hints, mission_for
+):
+    truth = Simulation("open").truth  # the robot looks at lena
+    review = RunReview(mission_for("lena"), truth if simulated else None, lambda _: None)
+    box = {"bearing_deg": 0.0, "distance_mm": share * truth.lens_distance_mm("lena"), "confidence": 0.9, "box": [0] * 4}
+    data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.BLOCKED_LONG}
+    look = {"pose": [0, 0, 0], "range_mm": 300.0, "sighting": box}
+    for time_s in (1.0, 2.0):
+        review(Record(time_s, RecordKind.LOOK, "arrive", "lena", look))
+        review(Record(time_s, RecordKind.TRANSITION, "select", "lena", {**data, "evidence": {}}))
+    review(Record(3.0, RecordKind.END, "finished", "lena", {"ending": "interrupted", "targets": {}, "error": ""}))
+    assert sum("Is height_mm" in hint for hint in review.hints) == hints
+
+
 @pytest.mark.parametrize(("away_mm", "hints"), [(400, 0), (2500, 1)])
 def test_in_the_simulator_an_arrival_at_something_else_is_reported(away_mm, hints, mission_for):
     simulation = Simulation("open")
