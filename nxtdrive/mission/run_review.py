@@ -42,6 +42,9 @@ STOPS_BEFORE_WARNING = 2
 NEAR_MM = 1000.0
 """An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""
 
+FAR_MM = 1500.0
+"""A picture that is seen whole only from farther away is seldom found; robots look from nearer in most rooms."""
+
 FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 
 SCALE_TOLERANCE = 0.25
@@ -208,8 +211,9 @@ class RunReview:
         }
 
     def _missing(self, target: str, truth: Truth) -> None:
-        """Add a hint if the search looked in all directions and this world has no such object."""
-        if self._lookalikes(target, truth):
+        """Add a hint if the search looked in all directions and this world has no such object, or only a high one."""
+        if names := self._lookalikes(target, truth):
+            self._high(target, min(map(truth.whole_from_mm, names)))
             return
         fronts = {name: self._described(name, front, target) for name, front in truth.front_images().items()}
         has = f"It has {', '.join(fronts.values())}" if fronts else "It has no objects"
@@ -229,6 +233,15 @@ class RunReview:
             advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
 
+    def _high(self, target: str, whole_from_mm: float) -> None:
+        if whole_from_mm > FAR_MM:
+            least = f"only from {whole_from_mm / 1000:.1f} m away" if math.isfinite(whole_from_mm) else "from nowhere"
+            self._hint(
+                target,
+                f"{target} hangs too high or stands too low: the camera sees the whole of it {least}. In this world, "
+                "bring its centre_height_mm nearer to the camera's height_mm, or set the camera's tilt_deg.",
+            )
+
     def _described(self, name: str, front: Image, target: str) -> str:
         """Return an object's name, and which codes are on it if the target is one."""
         said = [] if self._by_name else codes_on(front, self._detectors[target].detector)
@@ -243,8 +256,8 @@ class RunReview:
         more = f" `nxtdrive mission check {file}` warns of a picture that is hard to find." if pictured else ""
         self._hint(
             target,
-            f"Nothing in sight looked like {target}. Give it more light, stand it nearer and upright, and check its "
-            f"height_mm; `{command}` shows what the camera finds.{more}",
+            f"Nothing in sight looked like {target}. Give it more light, stand it nearer, upright and at the camera's "
+            f"height, and check its height_mm; `{command}` shows what the camera finds.{more}",
         )
 
     def _wrong_size(self, target: str, range_mm: float, distance_mm: float) -> None:

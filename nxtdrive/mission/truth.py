@@ -46,6 +46,10 @@ class Truth(Protocol):
         """Return how far an object is from the camera's lens."""
         ...
 
+    def whole_from_mm(self, name: str) -> float:
+        """Return how far away the lens must be for the frame to show a picture's whole height; 0 for other objects."""
+        ...
+
     def in_front_of_camera(self, name: str) -> bool:
         """Return whether the camera points at an object and nothing hides it."""
         ...

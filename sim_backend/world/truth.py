@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from firmware_protocol.errors import ConfigError
 from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject
 from sim_backend.world.people import PersonObject
+from sim_backend.world.sensing import FRAME_ASPECT
 from sim_backend.world.world import World
 
 if TYPE_CHECKING:
@@ -111,6 +112,26 @@ class GroundTruth:
         if name in self._world.pictures:
             return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)
         return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
+
+    def whole_from_mm(self, name: str) -> float:
+        """Return how far away the camera's lens must be for the frame to show the whole height of a picture.
+
+        0 for a box or a person, of which a part is enough; infinity for what is above or below every frame.
+        """
+        picture, camera = self._object(name), self._world.file.camera
+        if not isinstance(picture, PictureObject):
+            return 0.0
+        half = math.atan(math.tan(math.radians(camera.hfov_deg / 2)) * FRAME_ASPECT)
+        tilt = math.radians(camera.tilt_deg)
+        farther = [
+            math.inf if edge <= 0 else beyond_mm / math.tan(edge)
+            for beyond_mm, edge in (
+                (picture.height_mm - camera.height_mm, half + tilt),
+                (camera.height_mm - picture.bottom_mm, half - tilt),
+            )
+            if beyond_mm > 0
+        ]
+        return max(farther, default=0.0)
 
     def in_front_of_camera(self, name: str) -> bool:
         """Return whether the camera points at a picture's front, a box or a person, and nothing hides it."""

@@ -113,6 +113,21 @@ def test_a_face_that_is_a_small_part_of_a_portrait_belongs_to_the_world(tmp_path
     assert review.hints == []
 
 
+@pytest.mark.parametrize(
+    ("centre_mm", "tilt_deg", "said"), [(450, 0, None), (1400, 0, "only from 3.1 m away"), (1400, -25, "from nowhere")]
+)
+def test_a_picture_that_hangs_too_high_for_the_camera_is_reported(centre_mm, tilt_deg, said, mission_for, tmp_path):
+    room = tmp_path / "room.toml"
+    picture = f'{{ name = "lena", at_mm = [2500, 2500], facing_deg = 225, centre_height_mm = {centre_mm} }}'
+    camera = f"camera = {{ tilt_deg = {tilt_deg} }}\n"
+    text = f"floor = {{ size_mm = [3000, 3000] }}\nrobot = {{ start_mm = [500, 500] }}\npictures = [{picture}]\n"
+    room.write_text(camera + text, encoding="utf-8")
+    review = RunReview(mission_for("lena"), Simulation(room).truth, lambda _: None)
+    review(_unsuccessful("lena"))
+    assert len(review.hints) == (said is not None)
+    assert all(said in hint and "too high" in hint for hint in review.hints)
+
+
 def test_an_object_of_the_targets_name_that_looks_otherwise_is_to_be_corrected(mission_for):
     mission = mission_for("lena")
     disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})
