@@ -88,7 +88,7 @@ def target_height_mm(text: str) -> float:
     """Convert an argument of argparse: the height of a target, as a mission may have it."""
     from behaviors.mission.targets import HEIGHT_MM
 
-    return number("height", float, *HEIGHT_MM)(text)
+    return number("height in mm", float, *HEIGHT_MM)(text)
 
 
 def marker_id(text: str) -> int:

@@ -208,8 +208,11 @@ def _new(args: argparse.Namespace) -> int:
     write_line(f"  {run}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
+    wide_mm, high_mm = target.size_mm
+    if args.picture is not None:
+        size = f"{wide_mm:.0f} mm wide and {high_mm:.0f} mm high"
+        write_line(f"The whole photograph counts as the target, {size}: crop it if it shows anything around it.")
     if target.sheet:
-        wide_mm, high_mm = target.size_mm
         write_line(f"Print {target.picture} at 100 %: with its white margin it is {wide_mm:.0f} x {high_mm:.0f} mm.")
     if hint:
         write_line(f"hint: {hint}.")

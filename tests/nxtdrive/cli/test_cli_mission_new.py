@@ -23,6 +23,7 @@ from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.dev.onnx_models import red_model
 from nxtdrive.vision.geometry import Pinhole
+from sim_backend.bundled import PICTURES
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import load_world
 
@@ -292,6 +293,15 @@ def test_a_picture_that_cannot_be_found_is_refused_with_what_to_do(image, height
     assert not list(Path().glob("*.toml"))
 
 
+def test_the_size_that_follows_from_the_whole_photograph_is_said(capsys):
+    cv2.imwrite("kitchen.jpg", cv2.resize(cv2.imread(str(PICTURES / "lena.png")), (400, 300)))
+    with pytest.raises(SystemExit):
+        main(["mission", "new", "--picture", "kitchen.jpg", "--height-mm", "30cm"])
+    assert "height in mm must be a number from 10 to 3000, not '30cm'" in capsys.readouterr().err
+    assert main(["mission", "new", "--picture", "kitchen.jpg", "--height-mm", "300"]) == DONE
+    assert "400 mm wide and 300 mm high: crop it" in capsys.readouterr().out
+
+
 def test_anything_that_is_not_a_picture_is_refused(capsys):
     Path("cat.jpg").write_text("meow", encoding="utf-8")
     assert main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "297"]) == USAGE
@@ -311,7 +321,7 @@ def test_in_a_terminal_it_asks_for_the_height(answer, written):
     os.close(terminal)
     assert process.returncode == (DONE if written else USAGE)
     assert Path("portrait.toml").exists() is written
-    assert written or f"height must be a number from 10 to 3000, not '{answer}'" in error
+    assert written or f"height in mm must be a number from 10 to 3000, not '{answer}'" in error
 
 
 @pytest.mark.parametrize("command", ["mission", "world"])
