@@ -160,6 +160,11 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
             return RebuiltRun(path, rebuilt(past.records, past.mission))
         except ValueError as error:
             raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.", remedy=OTHER_RUN) from None
+    if nxt.target.endswith(".toml") and not os.path.exists(nxt.target):
+        raise ConfigError(
+            f"{path} was made in the room {nxt.target}, and there is no such file here.",
+            remedy="Repeat the command in the folder in which the run was made.",
+        )
     choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is RecordKind.CHOICE]
     nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
     return RecordedRun(path, past.mission, nxt, camera, tuple(choices))

@@ -388,6 +388,24 @@ def _records():
     yield Record(0.0, RecordKind.START, "idle", "lena", {"format": 3})
 
 
+def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, capsys):
+    start = {
+        "t": 0.0,
+        "kind": "start",
+        "state": "idle",
+        "target": "box",
+        "format": 3,
+        "mission": "",
+        "targets": ["box"],
+    }
+    mission = {"mission": {"targets": ["box"]}, "target": {"box": {"detector": "color", "color": "red"}}}
+    summary = {"nxt": "sim://cellar.toml?seed=1", "camera": "sim"}
+    for name, content in (("journal.jsonl", start), ("mission.json", mission), ("summary.json", summary)):
+        (tmp_path / name).write_text(json.dumps(content) + "\n", encoding="utf-8")
+    assert main(["what-if", str(tmp_path)]) == 2
+    assert "in the folder in which the run was made" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])
 def test_anything_that_is_not_a_run_is_refused(name, capsys):
     assert main(["what-if", name]) == 2
