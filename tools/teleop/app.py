@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import ClassVar
 
@@ -55,6 +55,7 @@ class Teleop(App[None]):
         gamepad: The gamepad, if one is used; read between the keys.
         latest: The latest frame of the camera, if there is one.
         why_no_camera: In words, for the screen.
+        lacking: Which of ``sonar`` and ``bumper`` the robot does not have.
         stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
@@ -101,6 +102,7 @@ class Teleop(App[None]):
         gamepad: Gamepad | None = None,
         latest: LatestFrame | None = None,
         why_no_camera: str = "",
+        lacking: Collection[str] = (),
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
@@ -110,6 +112,7 @@ class Teleop(App[None]):
         self._gamepad, self._gamepad_words = gamepad, ""
         self._latest, self._why_no_camera = latest, why_no_camera
         self._view: PilotState | None = None
+        self._lacking = lacking
         self._stopped = stopped
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
@@ -190,7 +193,8 @@ class Teleop(App[None]):
         size = floor.content_size
         floor.update("\n".join(self._pilot.map.draw(view.pose, size.width, size.height)))
         panel.set_class(self._controls.stopped, "alarm")
-        panel.update(describe(view, self._gamepad_words, self._why_no_camera, compact=screen.has_class("-narrow")))
+        compact = screen.has_class("-narrow")
+        panel.update(describe(view, self._gamepad_words, self._why_no_camera, self._lacking, compact=compact))
         for camera in screen.query(CameraView):
             if camera.display:
                 camera.show(self._now())
@@ -240,16 +244,21 @@ class Teleop(App[None]):
             self.post_message(self.Ended())
 
 
-def describe(view: PilotState, gamepad: str = "", camera: str = "", *, compact: bool = False) -> str:
+def describe(
+    view: PilotState, gamepad: str = "", camera: str = "", lacking: Collection[str] = (), *, compact: bool = False
+) -> str:
     """Format the panel's text.
 
     Args:
         view: The pilot's latest step.
         gamepad: Name of the gamepad, or why there is none.
         camera: Why there is no camera.
+        lacking: Which of ``sonar`` and ``bumper`` the robot does not have.
         compact: Only what driving needs, in few lines.
     """
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
+    if "sonar" in lacking:
+        ahead = "no sonar"
     speed = f"{view.speed_mm_s:+z.0f} mm/s  ({view.percent} %)"
     power, link = f"{view.battery_mv / 1000:.2f} V", f"{view.latency_ms:.0f} ms"
     seen = view.target_text or camera
@@ -261,7 +270,7 @@ def describe(view: PilotState, gamepad: str = "", camera: str = "", *, compact: 
             "speed": speed,
             "turn": f"{view.turn_deg_s:+z.0f} °/s, right is +",
             "ahead": ahead,
-            "bumper": "PRESSED" if view.touching else "free",
+            "bumper": "none" if "bumper" in lacking else "PRESSED" if view.touching else "free",
             "at": f"{view.pose.x_mm:z.0f} mm ahead, {view.pose.y_mm:z.0f} mm right",
             "heading": f"{view.pose.heading_deg:z.0f}°",
             "battery": power,

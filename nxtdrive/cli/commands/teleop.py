@@ -103,7 +103,9 @@ def run(args: argparse.Namespace) -> int:
         floor_map = FloorMap(mission.robot.sonar_forward_mm, mission.camera)
         pilot = Pilot(brick, rover, controls, spotter, floor_map=floor_map)
         name = brick.link.transport.address
-        app = Teleop(pilot, controls, brick.now, name, gamepad, latest=latest, why_no_camera=why_none, stopped=stopped)
+        ports = {"sonar": mission.robot.ultrasonic, "bumper": mission.robot.touch}
+        lacking = [sensor for sensor, port in ports.items() if not port]
+        app = Teleop(pilot, controls, brick.now, name, gamepad, latest, why_none, lacking, stopped)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:

@@ -1,5 +1,7 @@
 """The camera's picture and the list of keys on the screen, from a phone's width to a desk's."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -149,6 +151,15 @@ def test_without_a_camera_one_line_says_so(screen, size):
         assert not app.query("#camera")
 
     screen(size, act, why_no_camera="camera 0 gives no frames.")
+
+
+@pytest.mark.slow
+def test_a_robot_without_sonar_and_bumper_is_not_shown_as_safe(screen):
+    async def act(app, pilot, now):
+        await until(pilot, lambda: re.search("ahead +no sonar", text(app, "panel")))
+        assert re.search("bumper +none", text(app, "panel"))
+
+    screen((100, 40), act, lacking=["sonar", "bumper"])
 
 
 def listed(app):
