@@ -21,7 +21,7 @@ from behaviors.profile_names import THESIS
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import own_room
-from nxtdrive.mission.truth import Truth, codes_on, recognised
+from nxtdrive.mission.truth import FAR_MM, Truth, codes_on, recognised
 from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
@@ -41,9 +41,6 @@ STOPS_BEFORE_WARNING = 2
 
 NEAR_MM = 1000.0
 """An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""
-
-FAR_MM = 1500.0
-"""A picture that is seen whole only from farther away is seldom found; robots look from nearer in most rooms."""
 
 FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 

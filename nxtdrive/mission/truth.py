@@ -25,6 +25,9 @@ GRAY = 128
 MIN_COLOR_SHARE = 0.25
 """A colour that covers less of a front is of a detail: a red sleeve on a portrait is not a red box."""
 
+FAR_MM = 1500.0
+"""A picture that is seen whole only from farther away is seldom found; robots look from nearer in most rooms."""
+
 
 class Truth(Protocol):
     """The ground truth of the room. Only ``sim://`` offers it, and reading it changes nothing."""

@@ -86,6 +86,20 @@ def test_mistakes_of_several_files_are_listed_with_the_images_that_cannot_be_rea
     assert capsys.readouterr().err.startswith("bad.toml: 1 mistake\n  robot.start_mm")
 
 
+@pytest.mark.parametrize(
+    ("key", "odd", "said"),
+    [("size_mm", "[297, 210]", "is stretched"), ("centre_height_mm", "1500", "only from far away")],
+)
+def test_a_picture_that_is_stretched_or_hangs_too_high_is_warned_of(key, odd, said, capsys):
+    plain = EXAMPLE.replace("size_mm = [210, 297]", "")
+    Path("odd.toml").write_text(plain.replace('name = "lena"', f'name = "lena"\n{key} = {odd}', 1), encoding="utf-8")
+    assert main(["world", "check", "odd.toml"]) == DONE
+    good, warning = capsys.readouterr().out.splitlines()
+    assert good == "odd.toml: good"
+    assert warning.startswith(f"  warning: pictures[0].{key}: ")
+    assert said in warning
+
+
 def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(capsys):
     Path("cat.jpg").write_text("no image", encoding="utf-8")
     text = EXAMPLE.replace('name = "lena"', 'name = "lena"\nfile = "cat.jpg"').replace('"crate"\n', '"cat.jpg"\n')
