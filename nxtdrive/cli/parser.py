@@ -16,6 +16,18 @@ ELSEWHERE = {
 }
 """Addresses for ``--nxt``, and options of other programs with that purpose."""
 
+OTHER_WORDS = {
+    "--help": ("help",),
+    "--version": ("version",),
+    "run": ("start", "go", "simulate"),
+    "teleop": ("drive", "remote"),
+    "motor stop": ("stop", "halt", "brake"),
+    "detect try": ("camera", "photo", "picture"),
+    "export RUN --html": ("replay", "video", "play"),
+    "web": ("watch", "show", "gui"),
+}
+"""Commands, and other words for what they do."""
+
 
 class Help(argparse.HelpFormatter):
     """Fills paragraphs to the terminal's width; those with indented lines, such as examples, stay as they are."""
@@ -95,6 +107,9 @@ class Parser(argparse.ArgumentParser):
             option = self._option_before(value)
             if isinstance(action, argparse._SubParsersAction) and _any_has_option(action.choices.values(), option):
                 hint = f" (choose from {', '.join(known)}). Give {option} after the {action.metavar}"
+            command = next((command for command, words in OTHER_WORDS.items() if value in words), "")
+            if "teleop" in known and command:
+                hint = f". Did you mean `{self.prog} {command}`?"
             if "run" in known and str(value).endswith(".toml"):
                 hint = f". Did you mean `{self.prog} run {value}`?"
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")

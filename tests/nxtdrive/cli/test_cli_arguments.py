@@ -8,6 +8,7 @@ import pytest
 
 from nxtdrive.cli.commands import sweep
 from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
+from nxtdrive.cli.parser import OTHER_WORDS
 
 NO_NUMBERS = ("nan", "inf", "-inf", "-nan", "1e400", "", " ", "text", "0x", "1,5")
 EXTREMES = ("-1", "0", "1e9", "1000000000000000")
@@ -74,6 +75,22 @@ def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
     with pytest.raises(SystemExit):
         main(["my-mission.toml"])
     assert "Did you mean `nxtdrive run my-mission.toml`?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("word", "command"), [(word, each) for each, words in OTHER_WORDS.items() for word in words])
+def test_another_word_for_what_a_command_does_leads_to_it(word, command, capsys):
+    with pytest.raises(SystemExit):
+        main([word])
+    assert f"Did you mean `nxtdrive {command}`?" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as exit_:
+        main([*command.partition(" RUN")[0].split(), "--help"])
+    assert exit_.value.code == 0
+
+
+def test_another_word_for_a_command_means_nothing_among_the_actions_of_one(capsys):
+    with pytest.raises(SystemExit):
+        main(["motor", "drive"])
+    assert "teleop" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
