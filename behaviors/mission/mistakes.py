@@ -81,6 +81,8 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
             message = f"it must be a table, [{where}], not {excerpt(problem['input'])}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
+        elif problem["type"] == "missing" and path[0] == "color":
+            message = "is missing; `nxtdrive calibrate colors` writes all keys of this table"
         elif problem["type"] == "missing":
             message = "is missing; `nxtdrive mission new FILE` writes an example with every key"
         elif problem["type"] == "too_short" and where == "mission.targets":

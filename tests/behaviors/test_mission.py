@@ -158,6 +158,7 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         ),
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),
+        (GOOD + "[color.red]\nhue_deg = 8\n", "color.red.reach_deg: is missing; `nxtdrive calibrate colors` writes"),
         ('[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"', "target.box.id: is missing"),
         (
             '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "qr"\ntext = "7"\nsize_mm = 9',
