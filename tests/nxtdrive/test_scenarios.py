@@ -150,7 +150,7 @@ DIGESTS = {
     "patrol": "7dbfcde3a46c",
     "absent": "534ddb7f2299",
     "moved": "66a7bebcb2a3",
-    "dim": "f14578bfbd74",
+    "dim": "f99f7f91ee1a",
     "slip": "3befd55ee8fd",
     "compass_distortion": "2d2cb117b912",
     "link": "df292cd8549c",
