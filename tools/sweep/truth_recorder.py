@@ -114,8 +114,10 @@ class TruthRecorder:
             if event.picture or event.blocks:
                 target, blocker = event.picture or event.blocks or "", "" if event.picture else event.subject
                 yield Disturbance(time_s - self._start_ms / 1000, target, blocker)
-        for start_ms, _ in self._simulation.webcam.unplugged_ms:
-            yield Disturbance((start_ms - self._start_ms) / 1000, "", "")
+        spans = self._simulation.webcam.unplugged_ms
+        for start_ms in dict(spans):
+            if not any(before_ms < start_ms <= end_ms for before_ms, end_ms in spans):  # it was unplugged already
+                yield Disturbance((start_ms - self._start_ms) / 1000, "", "")
 
     def _watch(self) -> None:
         self.samples.append(self._sample())

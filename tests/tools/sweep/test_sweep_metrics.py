@@ -8,9 +8,16 @@ from behaviors.executive import Ending
 from behaviors.journal import Record, RecordKind
 from nxtdrive.tools.sweep.causes import FailureCause, evaluate_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import evaluate_target
-from nxtdrive.tools.sweep.truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSample
+from nxtdrive.tools.sweep.truth_recorder import (
+    Disturbance,
+    EpisodeTrace,
+    RecordWithTruth,
+    TruthRecorder,
+    TruthSample,
+)
 from sim_backend.evaluation import Scene
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
+from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
 
 LENA = Goal("lena", (3800.0, 1500.0), 180.0)
@@ -184,3 +191,10 @@ def test_the_time_between_decisions_is_at_one_place():
     episode = EpisodeBuilder().choose("wait").drive(1500, 1500, 0.3).choose("wait").drive(1500, 1500, 2.0)
     assert soonest_s(episode.choose("rescan").end()) == pytest.approx(2.0)
     assert soonest_s(EpisodeBuilder().choose("wait").end()) is None
+
+
+def test_a_camera_that_is_unplugged_already_is_not_unplugged_again():
+    simulation = Simulation()
+    simulation.webcam.unplugged_ms = ((1000, 5000), (3000, 6000), (8000, 9000))
+    recorder = TruthRecorder(simulation)
+    assert [each.time_s for each in recorder.disturbances()] == [1.0, 8.0]
