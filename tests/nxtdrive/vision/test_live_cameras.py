@@ -221,10 +221,8 @@ def test_a_webcam_whose_driver_fails_while_it_is_opened_is_reported(mocker):
         open_camera("0", clock=WallClock())
 
 
-def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_first(mocker):
-    mocker.patch("nxtdrive.vision.live.REOPEN_AFTER_S", 0.01)
-    first, second = Webcam(), Webcam()
-    mocker.patch("cv2.VideoCapture", side_effect=[first, cv2.error("no device"), OSError("busy"), second])
+def _pull_out_and_reopen(first, second):
+    """Open the first webcam, pull it out, and read from the second."""
     first.deliver(1)
     camera = open_camera("0", clock=WallClock())
     camera.read(2.0)
@@ -233,6 +231,13 @@ def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_f
     assert camera.read(5.0).index == 1
     second.unplug()
     camera.close()
+
+
+def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_first(mocker):
+    mocker.patch("nxtdrive.vision.live.REOPEN_AFTER_S", 0.01)
+    first, second = Webcam(), Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[first, cv2.error("no device"), OSError("busy"), second])
+    _pull_out_and_reopen(first, second)
 
 
 def test_a_webcam_whose_driver_fails_while_it_is_closed_is_reopened(mocker):
@@ -240,14 +245,7 @@ def test_a_webcam_whose_driver_fails_while_it_is_closed_is_reopened(mocker):
     first, second = Webcam(), Webcam()
     mocker.patch("cv2.VideoCapture", side_effect=[first, second])
     mocker.patch.object(first, "release", side_effect=OSError("no such device"))
-    first.deliver(1)
-    camera = open_camera("0", clock=WallClock())
-    camera.read(2.0)
-    first.unplug()
-    second.deliver(1)
-    assert camera.read(5.0).index == 1
-    second.unplug()
-    camera.close()
+    _pull_out_and_reopen(first, second)
 
 
 def test_an_observer_that_fails_is_reported_once_and_the_camera_continues(mocker, caplog):
