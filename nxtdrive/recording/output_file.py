@@ -85,26 +85,20 @@ def replace_file(path: Path, content: bytes) -> None:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Wait for the lock of a folder and hold it, so that one process at a time reads and replaces a file in it.
-
-    Windows and some network file systems have no such locks; there nothing waits.
-    """
-    if sys.platform == "win32":
+    """Wait for the lock of a folder and hold it, so that one process at a time reads and replaces a file in it."""
+    if sys.platform == "win32":  # cannot open a folder
         yield
         return
-    import fcntl
-
     handle = os.open(folder, os.O_RDONLY)
     try:
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
+        lock(handle, wait=True)
         yield
     finally:
         os.close(handle)
 
 
-def lock_now(handle: int) -> bool:
-    """Lock an open file until it is closed, also by the end of the process; return False if another one has the lock.
+def lock(handle: int, *, wait: bool) -> bool:
+    """Lock what is open until it is closed, also by the end of the process; return False if another one has the lock.
 
     Windows and some network file systems have no such locks; there every process gets it.
     """
@@ -113,7 +107,7 @@ def lock_now(handle: int) -> bool:
     import fcntl
 
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
         return False
     except OSError:

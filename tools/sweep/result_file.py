@@ -13,7 +13,7 @@ from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 from input_files.pydantic_words import first_mistake
 from nxtdrive.host.unbuffered import write_all
-from nxtdrive.recording.output_file import lock_now
+from nxtdrive.recording.output_file import lock
 
 from .mission_result import MissionResult
 
@@ -78,7 +78,7 @@ class ResultFile:
         self._path, self._remedy = path, remedy
         try:
             self._file = path.open("ab+", buffering=0)
-            if not lock_now(self._file.fileno()):
+            if not lock(self._file.fileno(), wait=False):
                 self._file.close()
                 raise ConfigError(f"another program is writing {path}.", remedy=ENDED)
             self._file.seek(0)
