@@ -16,6 +16,7 @@ from behaviors.adaptive.frame_fit import FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.slant import Slant
+from behaviors.adaptive.turn_scale import corrected
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Cut, Edges, Glimpse, Point, Pose, Sighting
@@ -361,8 +362,7 @@ class TargetMemory:
             share = (known.seen_from.heading_deg - begin.heading_deg) / (end.heading_deg - begin.heading_deg)
             if 0.0 <= share <= 1.0 and known.seen_from.distance_mm_to(begin) <= TUNING.step_mm:
                 bearing_deg, distance_mm = known.seen_from.polar_to(known.place)
-                heading_deg = begin.heading_deg + scale * (known.seen_from.heading_deg - begin.heading_deg)
-                known.seen_from = replace(known.seen_from, heading_deg=heading_deg)
+                known.seen_from = corrected(known.seen_from, begin, scale)
                 known.place = known.seen_from.ahead(distance_mm, bearing_deg)
                 self.beliefs[target].see(known.place, known.seen_from.point)
 

@@ -8,7 +8,7 @@ the angle between the two times, by the wheel counts, corresponds to 360 degrees
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +112,11 @@ class TurnScale:
             return None
         scale = 360.0 / float(turns[best])
         return scale if abs(scale - 1.0) >= TUNING.least else 1.0
+
+
+def corrected(pose: Pose, begin: Pose, scale: float) -> Pose:
+    """Return a pose in a turn that was `scale` times as far as believed since it began."""
+    return replace(pose, heading_deg=begin.heading_deg + scale * (pose.heading_deg - begin.heading_deg))
 
 
 def _echo_differences(headings: Array, ranges: Array) -> tuple[Array, Array]:

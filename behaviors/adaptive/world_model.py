@@ -11,7 +11,7 @@ from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
-from behaviors.adaptive.turn_scale import Beam
+from behaviors.adaptive.turn_scale import Beam, corrected
 from behaviors.adaptive.visible_floor import FloorRanges
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
@@ -196,10 +196,8 @@ class WorldModel:
         self.targets.turned(scale, beams[0][0], beams[-1][0])
         self.floor.restore()
         self.poses.clear()
-        begin_deg = beams[0][0].heading_deg
         for pose, range_mm in beams:
-            heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)
-            self._add_echo(replace(pose, heading_deg=heading_deg), range_mm)
+            self._add_echo(corrected(pose, beams[0][0], scale), range_mm)
 
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
