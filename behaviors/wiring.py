@@ -74,6 +74,9 @@ class WiringTuning:
 
 TUNING = WiringTuning()
 
+_ECHOES, _ANYTHING = NormalDist(0.0, TUNING.echo_mm), 1.0 / TUNING.any_mm
+"""Distribution of the difference of two echoes of one thing, and density of that of two different things."""
+
 Slip = tuple[float, float]
 """Shares of the left and the right motor's motion that arrive on the floor."""
 
@@ -295,11 +298,10 @@ def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Dis
         farther: By how many millimetres the echo is farther away than each of the others, and how much each counts.
         displacements: Since each of them.
     """
-    anything, echoes = 1.0 / TUNING.any_mm, NormalDist(0.0, TUNING.echo_mm)
     likelihood = 1.0
     for (farther_mm, weight), (forward_mm, turned_deg) in zip(farther, displacements, strict=True):
-        moved = anything if abs(turned_deg) > TUNING.straight_deg else echoes.pdf(farther_mm + forward_mm)
-        likelihood *= _mixed(moved, echoes.pdf(farther_mm), anything) ** weight
+        moved = _ANYTHING if abs(turned_deg) > TUNING.straight_deg else _ECHOES.pdf(farther_mm + forward_mm)
+        likelihood *= _mixed(moved, _ECHOES.pdf(farther_mm), _ANYTHING) ** weight
     return likelihood
 
 
