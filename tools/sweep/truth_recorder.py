@@ -116,7 +116,8 @@ class TruthRecorder:
                 yield Disturbance(time_s - self._start_ms / 1000, target, blocker)
         spans = self._simulation.webcam.unplugged_ms
         for start_ms in dict(spans):
-            if not any(before_ms < start_ms <= end_ms for before_ms, end_ms in spans):  # it was unplugged already
+            # one that begins while the camera is unplugged prolongs that outage
+            if not any(before_ms < start_ms <= end_ms for before_ms, end_ms in spans):
                 yield Disturbance((start_ms - self._start_ms) / 1000, "", "")
 
     def _watch(self) -> None:
