@@ -15,10 +15,6 @@ from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.scenarios.room_builder import obstacles
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
-from sim_backend.world.world_file import Camera
-
-CAMERA_FORWARD_MM = Camera().forward_mm
-"""Place of the world file's default camera, ahead of the robot's middle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +45,9 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     goal = scene.goals.get(target)
     if goal is None:
         return False
-    camera = np.array([on_map((pose.x_mm, pose.y_mm), math.radians(pose.heading_deg), CAMERA_FORWARD_MM, 0.0)])
+    mounted = scene.plan.camera
+    heading = math.radians(pose.heading_deg)
+    camera = np.array([on_map((pose.x_mm, pose.y_mm), heading, mounted.forward_mm, mounted.right_mm)])
     return bool(goal.covers(camera)[0] and scene.plan.sees(camera, goal)[0])
 
 
@@ -66,4 +64,4 @@ def current_floor_plan(simulation: Simulation) -> FloorPlan:
         for person in world.people
         if person.name in places
     )
-    return FloorPlan(world.floor.size_mm, (*obstacles(world, boxes, pictures), *people))
+    return FloorPlan(world.floor.size_mm, (*obstacles(world, boxes, pictures), *people), world.camera)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import cv2
@@ -36,8 +36,6 @@ FAR_FROM_FREE_CELLS = 4
 """A start may be this far from free cells: the grid may take the cell of a robot near an obstacle for occupied."""
 NARROW_COST = 4.0
 """Additional cost factor of a cell without any of the preferred clearance."""
-CAMERA_HEIGHT_MM = Camera().height_mm
-"""Height of the world file's default camera, from which pictures must be in view."""
 SIGHT_SAMPLES = 40
 """Points at which a line of sight is checked."""
 _STEPS = [(dx, dy, math.hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
@@ -164,10 +162,12 @@ class FloorPlan:
     Attributes:
         size_mm: Extent of the floor, from (0, 0).
         obstacles: All obstacles on it.
+        camera: The robot's camera, from whose height pictures must be in view.
     """
 
     size_mm: tuple[float, float]
     obstacles: tuple[Obstacle, ...]
+    camera: Camera = field(default_factory=Camera)
 
     def clearance_mm(self, points: Floats) -> Floats:
         """Return the clearance of each of `points`, shape (..., 2), to walls and obstacles; negative outside."""
@@ -183,7 +183,7 @@ class FloorPlan:
         flat = points.reshape(-1, 2)
         low, high = flat.min(axis=0).tolist(), flat.max(axis=0).tolist()
         kept = tuple(obstacle for obstacle in self.obstacles if obstacle.near(low, high, distance_mm))
-        return FloorPlan(self.size_mm, kept)
+        return replace(self, obstacles=kept)
 
     def passable(self, start: Point, end: Point, radius_mm: float) -> bool:
         """Return whether a robot of that radius can drive straight from one point to the other."""
@@ -200,7 +200,8 @@ class FloorPlan:
         """Return from which of the points `camera_mm`, shape (n, 2), the centre of the picture is not hidden."""
         shares = np.linspace(0.0, 1.0, SIGHT_SAMPLES)
         lines = camera_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - camera_mm[:, None, :])
-        heights = CAMERA_HEIGHT_MM + shares * (goal.centre_height_mm - CAMERA_HEIGHT_MM)
+        height_mm = self.camera.height_mm
+        heights = height_mm + shares * (goal.centre_height_mm - height_mm)
         hidden = np.zeros(len(camera_mm), dtype=np.bool_)
         for obstacle in self.near(lines, 0.0).obstacles:
             if obstacle.name != goal.name:

@@ -176,14 +176,17 @@ class RoomBuilder:
         world = self.world("")
         boxes = {box.name: (box.at_mm, box.facing_deg) for box in world.boxes if box.present}
         pictures = {picture.name: (picture.at_mm, picture.facing_deg) for picture in world.pictures}
-        return FloorPlan(world.floor.size_mm, tuple(obstacles(world, boxes, pictures)))
+        return FloorPlan(world.floor.size_mm, tuple(obstacles(world, boxes, pictures)), world.camera)
 
     def solvable(self) -> bool:
         """Return whether the start is free and away from the targets, and each target is visible and can be reached."""
         plan = self.plan()
         radius_mm = ROBOT_RADIUS_MM + CLEARANCE_MM
         wanted = [self.pictures[name] for name in self.targets if name in self.pictures]
-        goals = [Goal(picture["name"], picture["at_mm"], picture["facing_deg"]) for picture in wanted]
+        goals = [
+            Goal(picture["name"], picture["at_mm"], picture["facing_deg"], picture["centre_height_mm"])
+            for picture in wanted
+        ]
         return (
             plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 
@@ -188,7 +188,7 @@ def _in_the_way(place: tuple[float, float], sample: TruthSample, goal: Goal) -> 
 
 
 def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
-    return FloorPlan(plan.size_mm, tuple(each for each in plan.obstacles if each.name not in names))
+    return replace(plan, obstacles=tuple(each for each in plan.obstacles if each.name not in names))
 
 
 def _remaining_s(trace: EpisodeTrace, here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:

@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 
 from behaviors.journal import RecordKind
 from nxtdrive.motion.drive_settings import USUAL
-from sim_backend.evaluation import CAMERA_FORWARD_MM, stop_counts
+from sim_backend.evaluation import stop_counts
 from sim_backend.scenarios.floor_plan import MotionLimits, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
@@ -120,7 +120,7 @@ def _path(begin: TruthSample, end: TruthSample, target: str) -> Path | None:
     if goal is None:
         return None
     # the centre of a robot that faces the picture is this much farther away than its camera
-    goal = replace(goal, reach_mm=goal.reach_mm + CAMERA_FORWARD_MM)
+    goal = replace(goal, reach_mm=goal.reach_mm + end.scene.plan.camera.forward_mm)
     return begin.scene.plan.path(begin.pose[:2], goal, ROBOT_RADIUS_MM)
 
 

@@ -7,6 +7,7 @@ whether a sighting is genuine, so look-alikes and wrong distances cost it nothin
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -85,7 +86,7 @@ class OracleEyes(Oracle):
     def _walls_and_furniture(self) -> FloorPlan:
         floor, truth = current_floor_plan(self._simulation), self.truth
         fixed = (each for each in floor.obstacles if each.name not in truth.pictures and each.name not in truth.people)
-        return FloorPlan(floor.size_mm, tuple(fixed))
+        return replace(floor, obstacles=tuple(fixed))
 
     def _go(self, place: Point, wanted: set[str]) -> None:
         """Drive to a place until one of the targets is seen; a path that is blocked now is left."""

@@ -8,6 +8,7 @@ import pytest
 
 from sim_backend.scenarios.classes import generate_room
 from sim_backend.scenarios.floor_plan import CELL_MM, FloorPlan, Goal, MotionLimits, Obstacle, Path
+from sim_backend.world.world_file import Camera
 
 ROBOT_MM = 115.0
 
@@ -64,6 +65,14 @@ def test_high_things_hide_a_picture_and_low_ones_do_not():
     for height_mm, seen in ((1000.0, False), (120.0, True)):
         plan = FloorPlan((4000.0, 3000.0), (Obstacle("box", (2000.0, 1500.0), (300.0, 300.0), height_mm=height_mm),))
         assert plan.sees(camera, goal).tolist() == [seen]
+
+
+def test_a_low_camera_does_not_see_over_what_a_high_one_does():
+    goal, here = Goal("lena", (3500.0, 1500.0), 180.0), np.array([[500.0, 1500.0]])
+    boxes = (Obstacle("box", (2000.0, 1500.0), (300.0, 300.0), height_mm=170.0),)
+    for height_mm, seen in ((250.0, True), (100.0, False)):
+        plan = FloorPlan((4000.0, 3000.0), boxes, Camera(height_mm=height_mm))
+        assert plan.sees(here, goal).tolist() == [seen]
 
 
 def test_the_fastest_time_counts_turns_and_acceleration():

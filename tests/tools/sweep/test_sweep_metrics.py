@@ -15,10 +15,11 @@ from nxtdrive.tools.sweep.truth_recorder import (
     TruthRecorder,
     TruthSample,
 )
-from sim_backend.evaluation import Scene
+from sim_backend.evaluation import Scene, stop_counts
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
+from sim_backend.world.world_file import Camera
 
 LENA = Goal("lena", (3800.0, 1500.0), 180.0)
 PERSON = Obstacle("anna", (2600.0, 1500.0), radius_mm=200.0)
@@ -32,6 +33,13 @@ IN_THE_DOOR = Obstacle("anna", (2000.0, 1500.0), radius_mm=250.0)
 
 def _scene(*obstacles, goals=(LENA,)):
     return Scene(FloorPlan((4000.0, 3000.0), tuple(obstacles)), {goal.name: goal for goal in goals})
+
+
+@pytest.mark.parametrize(("forward_mm", "counts"), [(60.0, True), (-60.0, False)])
+def test_a_stop_counts_by_where_the_camera_is_mounted(forward_mm, counts):
+    here = TruePose(LENA.at_mm[0] - 540.0, LENA.at_mm[1], 0.0)  # 480 mm in front with the usual camera
+    scene = Scene(FloorPlan((4000.0, 3000.0), (), Camera(forward_mm=forward_mm)), {"lena": LENA})
+    assert stop_counts(here, scene, "lena") is counts
 
 
 class EpisodeBuilder:
