@@ -63,12 +63,14 @@ def _came_true(decision: Decision) -> bool | None:
         return None
     if outcome.result is DecisionResult.REACHED:
         return True
+    ended = [step.reason for step in outcome.steps if step.state == choice.kind.name]
     if choice.kind is WAIT:
-        ended = [step.reason for step in outcome.steps if step.state == WAIT.name]
         if Reason.BLOCKED_LONG in ended:
             return False
         return None if outcome.result is DecisionResult.FINISHED and Reason.WAY_CLEAR not in ended else True
     if choice.kind is DETOUR:
+        if Reason.NO_WAY in ended:
+            return False
         return None if outcome.result is DecisionResult.FINISHED else outcome.detail != decision.reason
     wanted = choice.instead or decision.target
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):

@@ -20,13 +20,21 @@ MISSION = Mission.model_validate(
 SEEN = ("full_turn_without_sighting", {"here": {"travel_s": 0.0, "scan_s": 8.0, "chance": 0.25, "route": []}})
 
 
-def _journal(*after):
-    reason, known = SEEN
+BLOCKED = (
+    "blocked_short",
+    {"blocker": {"range_mm": 300.0, "hides": True}, "detour": {"extra_s": 5.0, "route": [[0.0, 900.0]]}},
+)
+
+
+def _journal(*after, chosen="rescan", failure=SEEN):
+    reason, known = failure
     evidence = {"reason": reason, "seen_since_search": False, "researches": 0, **known}
-    choice = Record(1.0, RecordKind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": evidence})
+    route = {"route": [[0.0, 900.0]]} if chosen == "detour" else {}
+    data = {"choice": chosen, "why": "", **route, "evidence": evidence}
+    choice = Record(1.0, RecordKind.CHOICE, "select", "a", data)
     moves = [
         Record(2.0 + i, RecordKind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": why})
-        for i, (source, to, why) in enumerate([("search", "select", reason), ("select", "rescan", ""), *after])
+        for i, (source, to, why) in enumerate([("search", "select", reason), ("select", chosen, ""), *after])
     ]
     return [choice, *moves]
 
@@ -47,6 +55,21 @@ def test_a_look_comes_true_when_it_shows_the_target_and_the_same_failure_does_no
     assert [each.came_true for each in found] == came_true
     assert all((each.choice, each.situation.split("/")[:2]) == ("rescan", ["rescan", "0.15"]) for each in found)
     assert predictions(_journal(*after), "random-walk", MISSION) == []
+
+
+@pytest.mark.parametrize(
+    ("after", "came_true"),
+    [
+        ([("detour", "arrive", "sighted"), ("arrive", "reached", "within_reach")], [True]),
+        ([("detour", "search", "there"), ("search", "select", "never_seen")], [True]),
+        ([("detour", "arrive", "sighted"), ("arrive", "select", "blocked_short")], [False]),
+        ([("detour", "select", "no_way")], [False]),
+        ([("detour", "search", "no_way"), ("search", "select", "never_seen")], [False]),
+    ],
+)
+def test_a_detour_comes_true_when_it_leads_past_what_blocked_the_path(after, came_true):
+    found = predictions(_journal(*after, chosen="detour", failure=BLOCKED), "adaptive", MISSION)
+    assert [each.came_true for each in found] == came_true
 
 
 def _results(chance, share, number=50):
