@@ -25,7 +25,7 @@ class DwellTuning:
         lingering_s: Mean stay of a person who stops.
         beside: Probabilities that a blocker past which the target is seen is a person who walks through, one who stops,
             or furniture. These and the next two are estimates, not counts.
-        came: The same of a blocker that hides the target and was seen to move.
+        came: The same of a blocker that was seen to move.
         stood: The same of a blocker that hides the target and was not.
     """
 
@@ -71,7 +71,7 @@ class BlockerHypothesis:
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
-    weights = (TUNING.came if blocker.moving else TUNING.stood) if blocker.hides else TUNING.beside
+    weights = TUNING.came if blocker.moving else TUNING.stood if blocker.hides else TUNING.beside
     stays_s = TUNING.passing_s, TUNING.lingering_s, math.inf
     prior = [BlockerHypothesis(*each) for each in zip(stays_s, weights, strict=True)]
     left = [each.weight * each.survival(blocker.age_s) for each in prior]

@@ -93,11 +93,18 @@ def test_without_a_way_round_it_waits_as_long_as_it_may_and_expects_a_finite_cos
     assert 0.0 < cost_s(mixture, DWELL.longest_s, math.inf) < math.inf
 
 
-@given(age_s=AGES_S, moving=st.booleans(), round_s=st.floats(0.1, DWELL.longest_s))
-def test_what_can_be_looked_over_is_not_waited_for(age_s, moving, round_s):
-    mixture = hypotheses(Blocker(500.0, age_s, moving, hides=False))
+@given(age_s=AGES_S, round_s=st.floats(0.1, DWELL.longest_s))
+def test_what_can_be_looked_over_and_stands_still_is_not_waited_for(age_s, round_s):
+    mixture = hypotheses(Blocker(500.0, age_s, moving=False, hides=False))
     assert best_wait_s(mixture, round_s) == 0.0
     assert cost_s(mixture, 0.0, round_s) == pytest.approx(round_s)
+
+
+@given(age_s=AGES_S, hides=st.booleans())
+def test_what_moves_is_most_likely_a_person_wherever_it_stands(age_s, hides):
+    assert hypotheses(Blocker(500.0, age_s, moving=True, hides=hides)) == hypotheses(
+        Blocker(500.0, age_s, moving=True, hides=True)
+    )
 
 
 @given(age_s=st.floats(0.0, 5.0), round_s=ROUNDS_S)
