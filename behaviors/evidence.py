@@ -27,10 +27,12 @@ class Detour:
     Attributes:
         extra_s: How much longer it takes than the straight path would.
         route: Waypoints, without the current place.
+        unknown_mm: How much of the path to the target, around and then straight, crosses unknown floor.
     """
 
     extra_s: float
     route: tuple[Point, ...]
+    unknown_mm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,13 +16,15 @@ class Blocker:
         range_mm: How far ahead of the sonar it is.
         age_s: How long it has been known; 0 in a skill's report, which the world model completes.
         moving: Whether it was not there a moment ago.
-        hides: Whether it hides the target from the camera. If the camera sees past it, it is furniture, not a person.
+        hides: Whether it hides the target from the camera. If the camera sees past it, it is likely to be furniture.
+        bearing_deg: Its direction from the robot's front.
     """
 
     range_mm: float
     age_s: float = 0.0
     moving: bool = False
     hides: bool = False
+    bearing_deg: float = 0.0
 
 
 class TargetFinding(StrEnum):

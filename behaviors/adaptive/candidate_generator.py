@@ -96,7 +96,8 @@ class CandidateGenerator:
             return None
         place, seconds = end
         extra_s = max(TUNING.least_extra_s, seconds - self._straight_s(known)) + 2 * TUNING.turn_s
-        return Detour(extra_s, self._world.paths.route_to(place))
+        route = self._world.paths.route_to(place)
+        return Detour(extra_s, route, self._world.paths.unknown_mm((*route, known.place)))
 
     def here(self, target: str) -> Viewpoint:
         """Return another scan from here."""

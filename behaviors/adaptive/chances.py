@@ -28,7 +28,6 @@ PRIOR = 4.0
 """The more common situation counts as this many outcomes: by log loss on seeds that were left out."""
 OWN_PRIOR = 10.0
 """The counts that come with nxtdrive count as this many outcomes beside the user's own."""
-NO_ESTIMATE = "-"
 
 Counts = Mapping[str, Sequence[int]]
 """How often a choice succeeded, and how often not, by situation."""
@@ -50,20 +49,15 @@ class Chances:
                 self._sums[part] = known[0] + successes, known[1] + failures
         self._own = own or {}
 
-    def of(
-        self, choice: Recovery, evidence: Evidence, estimate: float | None = None, best: float | None = None
-    ) -> tuple[float, str]:
+    def of(self, choice: Recovery, evidence: Evidence, estimate: float, best: float | None = None) -> tuple[float, str]:
         """Return the chance that a choice succeeds, and the situation under which its outcome counts.
 
         Args:
             choice: What would be done.
             evidence: What is known.
-            estimate: Its chance by the world model; None if that has none.
+            estimate: Its chance by the world model.
             best: The highest estimate of the candidates of its kind, whose chances keep their ratio; None for its own.
         """
-        if estimate is None:
-            situation = _situation(choice, NO_ESTIMATE, evidence)
-            return self._chance(situation), situation
         situations = [_situation(choice, each, evidence) for each in ESTIMATES]
         chances = [self._chance(*each) for each in zip(situations, ESTIMATES, strict=True)]
         nearest = min(range(len(ESTIMATES)), key=lambda i: abs(math.log(max(estimate, 1e-9) / ESTIMATES[i])))
@@ -71,7 +65,7 @@ class Chances:
         share = estimate / best if best > 0 else 0.0
         return share * float(np.interp(best, (0.0, *ESTIMATES), (0.0, *chances))), situations[nearest]
 
-    def _chance(self, situation: str, chance: float = 0.5) -> float:
+    def _chance(self, situation: str, chance: float) -> float:
         """Return the chance in a situation; `chance` is that where nothing was counted."""
         for part in _parts(situation):
             chance = _posterior(self._sums.get(part, (0, 0)), chance, PRIOR)
@@ -86,7 +80,7 @@ def shipped() -> Counts:
     return counts
 
 
-def _situation(choice: Recovery, estimate: float | str, evidence: Evidence) -> str:
+def _situation(choice: Recovery, estimate: float, evidence: Evidence) -> str:
     tries = max(each for each in ATTEMPT_BUCKETS if each <= evidence.tries)
     return f"{choice.name}/{estimate}/{evidence.reason}/{tries}"
 
@@ -97,11 +91,7 @@ def is_situation(text: str) -> bool:
     if choice not in RECOVERIES or len(numbers) != 3:
         return False
     estimate, reason, tries = numbers
-    return (
-        estimate in {NO_ESTIMATE, *map(str, ESTIMATES)}
-        and reason in set(Reason)
-        and tries in set(map(str, ATTEMPT_BUCKETS))
-    )
+    return estimate in set(map(str, ESTIMATES)) and reason in set(Reason) and tries in set(map(str, ATTEMPT_BUCKETS))
 
 
 def _parts(situation: str) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -96,7 +97,22 @@ class PathPlanner:
 
     def seconds_along(self, route: tuple[Point, ...]) -> float:
         """Return the driving time along waypoints from the start, infinity if something blocks them."""
-        seconds = 0.0
+        cells = sum(share * length_mm for share, length_mm in self._means(self._cost, math.inf, route))
+        return cells / CELL_MM * self._pace
+
+    def unknown_mm(self, route: tuple[Point, ...]) -> float:
+        """Return how much of the path along waypoints from the start crosses unknown floor."""
+        unknown = np.abs(self._log_odds) <= TUNING.touched
+        return sum(share * length_mm for share, length_mm in self._means(unknown, 1.0, route))
+
+    def _means(
+        self, values: NDArray[np.generic], beyond: float, route: tuple[Point, ...]
+    ) -> Iterator[tuple[float, float]]:
+        """Yield, for each leg of a route from the start, the mean of the cells' values along it, and its length.
+
+        A leg that leaves the known part of the floor has the value `beyond`.
+        """
+        rows, columns = values.shape
         for one, other in pairwise((self._begin, *route)):
             length_mm = math.dist(one, other)
             share = np.linspace(0.0, 1.0, 2 + int(2 * length_mm / CELL_MM))
@@ -104,11 +120,8 @@ class PathPlanner:
                 self._cells.unclipped_index(a + share * (b - a)) - part.start
                 for a, b, part in zip(one, other, self._window, strict=True)
             )
-            rows, columns = self._cost.shape
-            if i.min() < 0 or j.min() < 0 or i.max() >= rows or j.max() >= columns:
-                return math.inf
-            seconds += float(np.mean(self._cost[i, j])) * length_mm / CELL_MM * self._pace
-        return seconds
+            inside = i.min() >= 0 and j.min() >= 0 and i.max() < rows and j.max() < columns
+            yield float(np.mean(values[i, j])) if inside else beyond, length_mm
 
     @property
     def walled_in(self) -> bool:

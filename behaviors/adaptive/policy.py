@@ -20,10 +20,13 @@ class PolicyTuning:
     Attributes:
         shortest_wait_s: Shorter waits are not proposed.
         worth_a_look: A rescan with a smaller chance is not proposed while there is another viewpoint.
+        unknown_mm: A detour over this much unknown floor is estimated to be passable with probability 1/e. How often
+            such detours succeed is counted.
     """
 
     shortest_wait_s: float = 0.5
     worth_a_look: float = 0.02
+    unknown_mm: float = 100.0
 
 
 TUNING = PolicyTuning()
@@ -98,20 +101,23 @@ class AdaptivePolicy:
         blocker, detour = evidence.blocker, evidence.detour
         if blocker is None:
             return
-        round_s, past = math.inf, None
+        past, around = None, "there is no path around it"
         if detour:
-            round_s = detour.extra_s
-            why = f"going round takes {round_s:.0f} s longer, and waiting is not expected to pay"
-            chance, situation = self.chances.of(DETOUR, evidence)
-            past = Candidate(Choice(DETOUR, why, route=detour.route), round_s, chance, situation=situation)
+            known = math.exp(-detour.unknown_mm / TUNING.unknown_mm)
+            chance, situation = self.chances.of(DETOUR, evidence, known)
+            around = f"going round takes {detour.extra_s:.0f} s longer, with a chance of {chance:.0%}"
+            choice = Choice(DETOUR, f"{around}, and waiting is not expected to pay", route=detour.route)
+            past = Candidate(choice, detour.extra_s, chance, situation=situation)
         mixture = hypotheses(blocker)
-        wait_s = best_wait_s(mixture, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
+        wait_s = self.fixed_wait_s
+        if wait_s is None:
+            wait_s = best_wait_s(mixture, past.expected_s if past else math.inf)
         if wait_s >= TUNING.shortest_wait_s:
-            other = f"going round takes {round_s:.0f} s longer" if detour else "there is no path around it"
             leaves = sum(each.weight * (1.0 - each.survival(wait_s)) for each in mixture)
             chance, situation = self.chances.of(WAIT, evidence, leaves)
-            choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)
-            otherwise_s, then_s = past.expected_s if past else None, self._look_beyond_s(evidence)
+            choice = Choice(WAIT, f"it may leave; {around}", wait_s=wait_s)
+            # a detour leads to where the path beyond the blocker does, so neither counts what is done there
+            otherwise_s, then_s = (past.expected_s, 0.0) if past else (None, self._look_beyond_s(evidence))
             yield Candidate(choice, cost_s(mixture, wait_s, 0.0), chance, otherwise_s, then_s, situation)
         if past:
             yield past

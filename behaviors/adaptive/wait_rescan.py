@@ -24,7 +24,7 @@ class WaitTuning:
         clear: The path is free after this many clear echoes in a row while the target is in view.
         clear_unseen: The same while the target is not in view.
         in_view_s: A target that was seen no longer ago is in view.
-        aim_deg: A second look points at where the target should be to within this.
+        aim_deg: A wait watches the blocker, and a second look points at where the target should be, to within this.
         look_s: Length of each look of a second look.
         beside_deg: Turns before these looks: at the place itself, to the right of it, to the left.
     """
@@ -56,14 +56,20 @@ class WaitSkill:
         self._left_s = wait_s
         self._clear = 0
         self._limit_mm = TUNING.blocked_mm
+        self._turn_deg = 0.0
         if (blocker := perception.world.blocker) is not None:
+            self._turn_deg = blocker.bearing_deg
             self._limit_mm = min(TUNING.blocked_mm, blocker.range_mm + TUNING.left_mm)
 
     def call(self) -> Fact:
         """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
         perception = self._perception
-        perception.context.body.stop()
-        perception.context.body.keep_alive()
+        body = perception.context.body
+        body.stop()
+        body.keep_alive()
+        if abs(self._turn_deg) > TUNING.aim_deg:
+            body.turn(self._turn_deg)
+        self._turn_deg = 0.0
         begun_s = then_s = perception.now()
         range_mm = None
         while self._left_s > 0:

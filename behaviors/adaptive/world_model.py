@@ -30,11 +30,13 @@ class WorldTuning:
             `same_blocker_mm`.
         same_blocker_mm: See `same_blocker_s`.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
+        watched_mm: Where there is no path, a moving blocker that is no farther away than this is still the cause.
     """
 
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
     marked_mm: float = 600.0
+    watched_mm: float = 650.0
 
 
 TUNING = WorldTuning()
@@ -74,7 +76,7 @@ class WorldModel:
         self.blocker: Blocker | None = None
         self.travel_mm_s = mission.adaptive.travel_mm_s
         self.paths = self.paths_from_here()
-        self._blocked: tuple[Point, float, float] | None = None
+        self._blocked: tuple[Point, float, float, bool] | None = None
 
     @property
     def here(self) -> Point:
@@ -177,16 +179,28 @@ class WorldModel:
         """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""
         blocker = failure.blocker
         if blocker is None:
-            return None
+            return self._last_blocker(now_s) if failure.reason is Reason.NO_WAY else None
         if blocker.range_mm <= TUNING.marked_mm and not failure.mapped:
             self.floor.mark_obstacle(self.pose, blocker.range_mm)
-        place, since_s = self.pose.ahead(blocker.range_mm), now_s
+        place = self.pose.ahead(self.floor.sonar_forward_mm + blocker.range_mm)
+        since_s, moving = now_s, blocker.moving
         if self._blocked is not None:
-            before, begun_s, last_s = self._blocked
+            before, begun_s, last_s, moved = self._blocked
             if math.dist(before, place) < TUNING.same_blocker_mm and now_s - last_s < TUNING.same_blocker_s:
-                since_s = begun_s
-        self._blocked = (place, since_s, now_s)
-        return replace(blocker, age_s=now_s - since_s)
+                since_s, moving = begun_s, moving or moved
+        self._blocked = (place, since_s, now_s, moving)
+        return replace(blocker, age_s=now_s - since_s, moving=moving)
+
+    def _last_blocker(self, now_s: float) -> Blocker | None:
+        """Return the last blocker, if it moves and the robot is still near it: it may be why there is no path."""
+        if self._blocked is None:
+            return None
+        place, since_s, last_s, moving = self._blocked
+        bearing_deg, away_mm = self.pose.polar_to(place)
+        range_mm = away_mm - self.floor.sonar_forward_mm
+        if not moving or now_s - last_s >= TUNING.same_blocker_s or range_mm > TUNING.watched_mm:
+            return None
+        return Blocker(range_mm, now_s - since_s, moving, hides=True, bearing_deg=bearing_deg)
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
         """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as its wheels said.

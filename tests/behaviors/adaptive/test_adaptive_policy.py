@@ -34,8 +34,8 @@ def _evidence(**known: object) -> Evidence:
     return replace(Evidence("lena", Reason.NEVER_SEEN, seen_since_search=False, researches=0), **known)
 
 
-def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Evidence:
-    detour = None if extra_s is None else Detour(extra_s, ROUTE)
+def _blocked(blocker: Blocker, extra_s: float | None, unknown_mm: float = 0.0, **known: object) -> Evidence:
+    detour = None if extra_s is None else Detour(extra_s, ROUTE, unknown_mm)
     return _evidence(reason=Reason.BLOCKED_SHORT, seen_since_search=True, blocker=blocker, detour=detour, **known)
 
 
@@ -47,6 +47,7 @@ def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Eviden
         pytest.param(_blocked(PERSON, 2.0), DETOUR, id="a short way round is gone at once"),
         pytest.param(_blocked(PERSON, 25.0), WAIT, id="a person may leave sooner than a long detour takes"),
         pytest.param(_blocked(PERSON, None), WAIT, id="without a way round it waits"),
+        pytest.param(_blocked(PERSON, 4.0, unknown_mm=600.0), WAIT, id="a way round over unknown floor may be a wall"),
         pytest.param(_blocked(PERSON, 25.0, targets_left=2, spent_s=LONG), WAIT, id="what was found is not given up"),
         pytest.param(_blocked(PERSON, 25.0, repeats={WAIT.name: 2}), DETOUR, id="waiting did not help twice"),
         pytest.param(

@@ -261,6 +261,17 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
     assert WaitSkill(perception, 3.0).call().event is ends
 
 
+@pytest.mark.parametrize("bearing_deg", [0.0, 80.0, -150.0])
+def test_a_wait_watches_the_blocker(bench, mocker, bearing_deg):
+    perception = bench.profile._perception
+    mocker.patch.object(perception.context.vision, "glance", return_value=Glimpse(0.0, {}))
+    bench.world.blocker = Blocker(400.0, moving=True, bearing_deg=bearing_deg)
+    heading_deg = perception.context.body.pose().heading_deg
+    WaitSkill(perception, 1.0).call()
+    turned_deg = perception.context.body.pose().heading_deg - heading_deg
+    assert turned_deg == pytest.approx(bearing_deg, abs=3.0)
+
+
 @pytest.mark.slow
 def test_a_person_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""

@@ -90,6 +90,19 @@ def test_a_path_round_leads_to_where_the_straight_path_is_free():
     assert detour.extra_s > 0.0
 
 
+def test_a_path_round_says_how_much_unknown_floor_it_crosses():
+    world = _world(door=DOOR)
+    _wall(world, (700.0, 800.0), (-350.0, 350.0))
+    known = _candidates(world).detour("door")
+    world.floor.log_odds[np.abs(world.floor.log_odds) < GRID.most] = 0.0  # only the wall is known
+    world.plan()
+    unknown = _candidates(world).detour("door")
+    assert known is not None
+    assert unknown is not None
+    assert known.unknown_mm < 100.0
+    assert unknown.unknown_mm > 800.0
+
+
 @pytest.mark.parametrize("target", ["door", "window"])
 def test_there_is_no_path_round_to_what_was_not_seen_or_is_shut_off(target):
     world = _world(door=DOOR)

@@ -153,6 +153,16 @@ def test_unknown_floor_may_be_crossed_but_takes_longer_than_free_floor():
     assert known.seconds_to(goal)[0] < unknown.seconds_to(goal)[0] < math.inf
 
 
+def test_the_unknown_floor_on_a_path_is_measured():
+    floor = _room()
+    unknown = (X_MM[:, 0] > 600.0) & (X_MM[:, 0] < 1000.0)
+    floor.log_odds[unknown] = 0.0
+    routes = PathPlanner(floor, START, SPEED_MM_S)
+    assert routes.unknown_mm(((500.0, 0.0), (500.0, 700.0))) == 0.0
+    assert routes.unknown_mm(((500.0, 0.0), (1500.0, 0.0))) == pytest.approx(CELL_MM * unknown.sum(), abs=CELL_MM / 2)
+    assert routes.unknown_mm(((1e6, 0.0),)) == 1e6  # far beyond the map
+
+
 def test_the_robot_can_leave_a_place_that_is_too_near_to_something():
     """As after a contact: what blocks the way has just been marked right before the robot."""
     floor = _room()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -12,7 +13,7 @@ from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
-from behaviors.failures import Failure, TargetFinding
+from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
 
@@ -196,6 +197,42 @@ def test_an_echo_belongs_to_where_the_robot_is_and_not_to_where_an_older_frame_w
         world.see_floor(time_s, rays, post_mm + back_mm - 160.0)
     assert float(world.floor.log_odds[CELLS.at(700.0, 20.0)]) < -GRID.hint
     assert not world.floor.seen[CELLS.at(post_mm, 20.0)]
+
+
+MOVES = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_SHORT, blocker=Blocker(400.0, moving=True, hides=True))
+NO_PATH = Failure(Event.RECOVERY_FAILED, Reason.NO_WAY)
+
+
+def test_a_blocker_that_moved_remains_one_that_moves(world):
+    world.learn("door", MOVES, 10.0)
+    world.learn("door", replace(MOVES, blocker=Blocker(420.0, hides=True)), 15.0)
+    assert world.blocker == Blocker(420.0, 5.0, moving=True, hides=True)
+    world.learn("door", replace(MOVES, blocker=Blocker(1500.0, hides=True)), 16.0)
+    assert not world.blocker.moving, "that is something else"
+
+
+def test_where_there_is_no_path_the_last_blocker_is_still_the_cause(world):
+    world.learn("door", MOVES, 10.0)
+    world.pose = Pose(0.0, 0.0, -90.0)  # it has turned left to go round
+    world.learn("door", NO_PATH, 15.0)
+    blocker = world.blocker
+    assert (blocker.age_s, blocker.moving, blocker.hides) == (5.0, True, True)
+    assert blocker.bearing_deg == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(
+    ("failure", "pose", "later_s"),
+    [
+        pytest.param(NO_PATH, Pose(-600.0, 0.0), 5.0, id="it is far away"),
+        pytest.param(NO_PATH, Pose(), 60.0, id="that was long ago"),
+        pytest.param(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN), Pose(), 5.0, id="the path is not the trouble"),
+    ],
+)
+def test_the_last_blocker_is_not_the_cause_of_everything(world, failure, pose, later_s):
+    world.learn("door", MOVES, 10.0)
+    world.pose = pose
+    world.learn("door", failure, 10.0 + later_s)
+    assert world.blocker is None
 
 
 def test_a_corrected_heading_is_not_a_turn(world):

@@ -202,7 +202,7 @@ def test_a_run_that_was_counted_is_not_read_again(tmp_path, capsys):
 def test_counts_of_situations_that_do_not_exist_are_warned_of(tmp_path, capsys):
     mission = tmp_path / "mission.toml"
     mission.write_text(small_mission.MISSION + '[adaptive]\nchances = "counts.json"\n', encoding="utf-8")
-    counts = {"detour/-/blocked_long/0": [3, 1], "teleport/-/blocked_long/0": [1, 2]}
+    counts = {"detour/0.5/blocked_long/0": [3, 1], "teleport/0.5/blocked_long/0": [1, 2]}
     (tmp_path / "counts.json").write_text(json.dumps({"counts": counts}), encoding="utf-8")
     assert main(["mission", "check", str(mission)]) == DONE
-    assert "1 of 2 counts have no effect, 'teleport/-/blocked_long/0' for instance" in capsys.readouterr().out
+    assert "1 of 2 counts have no effect, 'teleport/0.5/blocked_long/0' for instance" in capsys.readouterr().out
