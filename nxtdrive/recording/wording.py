@@ -148,13 +148,17 @@ def _blocker_words(blocker: Blocker) -> str:
     seen = "hides the target" if blocker.hides else "the target can be seen past it"
     moves = "moves" if blocker.moving else "does not move"
     known = f"known for {blocker.age_s:.0f} s" if blocker.age_s else "new"
-    return f"in the way, {blocker.range_mm:.0f} mm ahead: {known}, {moves}, {seen}"
+    aside_deg, side = round(abs(blocker.bearing_deg)), "right" if blocker.bearing_deg > 0 else "left"
+    where = f"{aside_deg} degrees to the {side}" if aside_deg else "ahead"
+    return f"in the way, {blocker.range_mm:.0f} mm {where}: {known}, {moves}, {seen}"
 
 
 def _detour_words(evidence: Evidence) -> str:
     if evidence.detour is None:
         return "no path around it is known"
-    return f"a path around it takes {evidence.detour.extra_s:.0f} s longer"
+    unknown_mm = round(evidence.detour.unknown_mm, -2)
+    over = f" and crosses {unknown_mm:.0f} mm of unknown floor" if unknown_mm else ""
+    return f"a path around it takes {evidence.detour.extra_s:.0f} s longer{over}"
 
 
 def _map_chance(chance: float) -> str:

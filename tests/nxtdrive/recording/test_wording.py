@@ -3,7 +3,8 @@
 import pytest
 
 from behaviors.events import Reason
-from behaviors.evidence import Evidence, Viewpoint
+from behaviors.evidence import Detour, Evidence, Viewpoint
+from behaviors.failures import Blocker
 from nxtdrive.recording.wording import evidence_lines, measured_words, reason_words
 
 
@@ -38,3 +39,18 @@ def test_a_reason_that_the_evidence_says_more_precisely_is_not_reported_twice():
     evidence = {"range_mm": 230.0, "too_near": True, "oblique": False}
     assert reason_words("target_lost", evidence) == "it is too near for the camera to see all of it"
     assert measured_words(evidence) == "sonar 230 mm"
+
+
+@pytest.mark.parametrize(
+    ("bearing_deg", "unknown_mm", "where", "around"),
+    [
+        (0.0, 0.0, "300 mm ahead", "takes 4 s longer"),
+        (-85.4, 640.0, "300 mm 85 degrees to the left", "takes 4 s longer and crosses 600 mm of unknown floor"),
+    ],
+)
+def test_a_blocker_and_the_path_around_it_are_described(bearing_deg, unknown_mm, where, around):
+    blocker = Blocker(300.0, 5.0, moving=True, hides=True, bearing_deg=bearing_deg)
+    detour = Detour(4.0, ((0.0, 900.0),), unknown_mm)
+    lines = list(evidence_lines(Evidence("lena", Reason.NO_WAY, True, 0, blocker=blocker, detour=detour)))
+    assert f"in the way, {where}: known for 5 s, moves, hides the target" in lines
+    assert f"a path around it {around}" in lines
