@@ -45,7 +45,7 @@ class I2CBus(Wires):
         self._reading: Steps | None = None
         self._suspended: Steps | None = None
         self._bits_left = self._unread = self._place = 0
-        self._turns = self._sent = self._waiting = self._acknowledged = self._complete = self._bit_open = False
+        self._turns = self._sent = self._waiting = self._acknowledged = self._bit_open = False
         self._restarted = self._clock_differs = self._goes_on = False
         self._buffer = bytearray(BUFFER)
 
@@ -69,7 +69,7 @@ class I2CBus(Wires):
             self.set_clock(True)
         self._suspend()
         if rx_size:
-            self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
+            self._unread, self._place, self._turns = rx_size, 0, restarts
             self._suspended, self._restarted = None, False
         elif self._restarted:
             self._turns = False
@@ -190,15 +190,15 @@ class I2CBus(Wires):
         return True if self._ends_early and self._acknowledged else None
 
     def received(self) -> bool | None:
-        """Return whether the bytes were read, or None while that is open."""
+        """Return whether the bytes were read, or None while that is open; without a request there are none to read."""
+        if not self._unread and self._reading is None:
+            return True
         refused = not (self._turns or self._acknowledged)
-        if self._complete or refused or (self._sending is None and self._reading is None):
-            return self._complete
-        return None
+        return False if refused or not self.busy else None
 
     def read(self, count: int) -> bytes:
         """Take the bytes read out of the buffer."""
-        data, self._complete = bytes(self._buffer[:count]), False
+        data = bytes(self._buffer[:count])
         self._buffer[:count] = bytes(len(data))
         return data
 
@@ -342,7 +342,6 @@ class I2CBus(Wires):
                 yield from self._read_pause(_READ_PAUSE)
         yield
         self.set_clock(True)
-        self._complete = True
 
 
 def _pause(steps: int) -> Steps:

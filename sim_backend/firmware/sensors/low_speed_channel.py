@@ -169,20 +169,19 @@ class Channel:
         if self.mode == ChannelMode.TRANSMITTING:
             self._follow_write()
         if self.mode == ChannelMode.RECEIVING:
-            self.waited += 1
+            self.waited = self.waited + 1 & 0xFF
             received = self.bus.received()
-            if received is False:
-                self.bus.read(self.rx_size)  # its bytes are lost
-            if received:
-                data = self.bus.read(self.rx_size)
-                self._finish(data + self._read_on(self.rx_size - len(data)))
-            elif received is False or self.waited > READ_TIMEOUT:
+            if received is False or self.waited > READ_TIMEOUT:
                 self.fail(ChannelError.RECEIVE)
+            if received is not None:
+                data = self.bus.read(self.rx_size)
+                if received:  # even after the timeout, whose error stays
+                    self._finish(data + self._read_on(self.rx_size - len(data)))
 
     def _follow_write(self) -> None:
         written = self.bus.written()
         if written is False:
-            self.failures += 1
+            self.failures = self.failures + 1 & 0xFF
             if self.failures >= TRIES:
                 self.fail(ChannelError.NO_ACKNOWLEDGE)
             else:

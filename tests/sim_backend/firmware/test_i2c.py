@@ -169,6 +169,29 @@ def test_a_transaction_is_started_through_the_map():
     assert bus.read() == "02100004" + bytes(range(0x40, 0x44)).hex().ljust(32, "0")
 
 
+def receive_without_a_message(bus, times):
+    for _ in range(times):
+        bus.put(Mode=RECEIVING, ChannelState=COMMUNICATING, State=1)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize(("times", "error"), [(1, 0), (100, 0), (101, 3)])
+def test_a_read_without_a_message_succeeds_at_once_even_after_the_timeout(firmware, times, error):
+    bus = Bus(firmware)
+    receive_without_a_message(bus, times)
+    assert bus.fields("ChannelState", "Mode", "ErrorType") == (DONE, RECEIVED, error)
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_the_passes_of_a_read_are_counted_in_a_byte_which_an_empty_message_sends(firmware):
+    bus = Bus(firmware)
+    receive_without_a_message(bus, 300)
+    bus.bench.control("!i2c 0 attach 00")
+    bus.bench.control("!tick 3")
+    bus.write(b"", passes=300)
+    assert f"{300 & 0xFF:02x}" in bus.log().split()
+
+
 def test_a_device_that_is_unplugged_reads_as_ones():
     bus = Bus()
     bus.write(b"\x02\x40", 8, passes=7)
