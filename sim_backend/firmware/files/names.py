@@ -53,6 +53,6 @@ def matcher(pattern: str) -> Callable[[str], bool]:
 
 
 def extension(name: bytes) -> str:
-    """Return the extension of a packed name, with its dot, in lower case."""
-    text = unpack_name(name)
-    return text[text.rfind(".") :].lower() if "." in text else ""
+    """Return the extension of a packed name, with its dot, in lower case; of a name without an end there is none."""
+    text, end, _ = name.partition(b"\0")
+    return text[text.rfind(b".") :].lower().decode("latin-1") if end and b"." in text else ""
