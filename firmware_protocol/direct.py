@@ -42,6 +42,9 @@ from firmware_protocol.wire import (
 MESSAGE_LIMIT = 59
 """Most bytes of a mailbox message, its closing zero included (docs/firmware.md section 4, 0x09)."""
 
+RECORD_LIMIT = 60
+"""Most bytes of a record of the data log (docs/firmware.md section 8.4)."""
+
 LS_LIMIT = 16
 """Most bytes of an I2C transaction in either direction; 16 received are lost (docs/firmware.md section 1, fact 10)."""
 
@@ -298,7 +301,7 @@ class DatalogRecord(Reply):
     """A data log entry; of `data`, `size` bytes count."""
 
     size: U8
-    data: Annotated[bytes, Block(60)]
+    data: Annotated[bytes, Block(RECORD_LIMIT)]
 
 
 @direct(0x19, since="1.28")

@@ -5,16 +5,17 @@ import tracemalloc
 
 import pytest
 
-from firmware_protocol.direct import StartProgram
+from firmware_protocol.direct import RECORD_LIMIT, DatalogRead, StartProgram
 from firmware_protocol.iomap import COMMAND, ProgramStatus
-from firmware_protocol.system import IOMapRead
+from firmware_protocol.status import Status
+from firmware_protocol.system import IOMapRead, IOMapWrite
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
-from sim_backend.firmware.mailboxes import Mailboxes
+from sim_backend.firmware.mailboxes import LOG, Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
 from sim_backend.firmware.vm.data import ERR_MEM, NO_FIELDS, Data, Place
-from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import LENGTH_AT, Memory, OutOfMemory
 from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import Clump, Header, Program, Type, Variable
 
@@ -75,6 +76,19 @@ def test_messages_keep_to_the_pool_when_the_program_has_damaged_its_descriptors(
     memory.pool[start:] = b"\xff" * (size - start)
     boxes.read(0, remove=True)
     assert len(memory.pool) == size
+
+
+@pytest.mark.parametrize("length", [61, 256, 65_535])
+def test_a_record_of_the_data_log_is_cut_when_the_map_has_changed_its_length(length):
+    brick = run_program([[0x4025, 0]], variables=Variables())
+    brick.command.mailboxes.write(LOG, b"12345\0")
+    pool = brick.command.pool
+    descriptor = pool.index(struct.pack("<5H", pool.index(b"12345\0") - LAYOUT.clump, 1, 6, 0, 0xFFFF))
+    address = COMMAND.field("MemoryPool").offset + descriptor + LENGTH_AT
+    brick.receive(IOMapWrite.put(COMMAND.module_id, address, struct.pack("<H", length)).encode())
+    reply = brick.receive(DatalogRead(remove=False).encode())
+    assert reply[2:10] == bytes((Status.OK, length & 0xFF)) + b"12345\0"
+    assert len(reply) == 4 + RECORD_LIMIT
 
 
 def test_an_array_does_not_grow_beyond_the_pool():

@@ -73,37 +73,31 @@ class ProgramHandlers:
     @handles(direct.MessageRead)
     def message_read(self, command: direct.MessageRead) -> HandlerResult:
         """Fetch the oldest message of a box; without a program the box is not checked."""
-        status, message = self._fetch(command)
+        box = command.remote_box if command.remote_box < MAILBOXES else None
+        status, message = self._oldest(box, remove=command.remove)
         data = message[: direct.MESSAGE_LIMIT].ljust(direct.MESSAGE_LIMIT, b"\0")
         return reply_with(direct.MailboxMessage(command.local_box, len(message) & 0xFF, data), status)
 
-    def _fetch(self, command: direct.MessageRead) -> tuple[Status, bytes]:
+    @handles(direct.DatalogRead)
+    def datalog_read(self, command: direct.DatalogRead) -> HandlerResult:
+        """Fetch the oldest record that the program wrote."""
+        status, record = self._oldest(LOG, remove=command.remove)
+        return reply_with(direct.DatalogRecord(len(record) & 0xFF, record[: direct.RECORD_LIMIT]), status)
+
+    def _oldest(self, queue: int | None, *, remove: bool) -> tuple[Status, bytes]:
+        """Fetch the oldest message of a queue, None for no such box; damaged memory can make it longer than a reply."""
         if not self._command.active:
             return Status.NO_ACTIVE_PROGRAM, b""
-        if command.remote_box >= MAILBOXES:
+        if queue is None:
             return Status.ILLEGAL_MAILBOX, b""
         mailboxes = self._command.mailboxes
         if mailboxes is None:
             return Status.MAILBOX_EMPTY, b""
         try:
-            message = mailboxes.read(command.remote_box, remove=command.remove)
+            message = mailboxes.read(queue, remove=remove)
         except OutOfMemory:
             return Status.OUT_OF_MEMORY, b""
         return (Status.MAILBOX_EMPTY, b"") if message is None else (Status.OK, message)
-
-    @handles(direct.DatalogRead)
-    def datalog_read(self, command: direct.DatalogRead) -> HandlerResult:
-        """Fetch the oldest record that the program wrote."""
-        mailboxes = self._command.mailboxes
-        if mailboxes is None:
-            status = Status.MAILBOX_EMPTY if self._command.active else Status.NO_ACTIVE_PROGRAM
-            return reply_with(direct.DatalogRecord(0, b""), status)
-        try:
-            record = mailboxes.read(LOG, remove=command.remove)
-        except OutOfMemory:
-            return reply_with(direct.DatalogRecord(0, b""), Status.OUT_OF_MEMORY)
-        status = Status.MAILBOX_EMPTY if record is None else Status.OK
-        return reply_with(direct.DatalogRecord(len(record or b""), record or b""), status)
 
     @handles(enhanced.SetInterpreterState)
     def set_interpreter_state(self, command: enhanced.SetInterpreterState) -> HandlerResult:

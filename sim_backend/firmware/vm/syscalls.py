@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from firmware_protocol.direct import LS_LIMIT
+from firmware_protocol.direct import LS_LIMIT, RECORD_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.files.names import NAME_LIMIT
@@ -35,7 +35,7 @@ from sim_backend.firmware.vm.message_calls import CONNECTIONS
 from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
 _RANDOM_LIMIT = 0x7FFF
-_BUTTON_COUNT, _RECORD_LIMIT = 4, 60
+_BUTTON_COUNT = 4
 _LOG_WRAPS = 0x10
 _LAST_CALL = 47
 """The last of LEGO's calls."""
@@ -258,7 +258,7 @@ def _log(call: Call) -> None:
         OutOfMemory: The pool is full, which ends the program.
     """
     record = call.content(1)
-    if len(record) > _RECORD_LIMIT:
+    if len(record) > RECORD_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
         return
     try:
