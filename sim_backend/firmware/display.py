@@ -1,8 +1,8 @@
 """The display module: its IO map with the frame buffer, and what programs draw into it.
 
 A line of the frame buffer is eight pixels high, one byte per column, its lowest bit on top. Coordinates of programs
-have their origin at the bottom left. The firmware's own menus are not simulated, so the buffer is blank unless a
-program, or a write to the map, draws.
+have their origin at the bottom left. Pictures and texts of the firmware's own menus are not drawn, so the buffer is
+blank unless a program, or a write to the map, draws.
 
 Source: docs/firmware.md section 8.5.
 """
@@ -57,7 +57,7 @@ class DisplayModule:
 
     Attributes:
         memory: The module's IO map.
-        spend: Called with the number of pixels of a shape before it is drawn; what it raises prevents that.
+        spend: Called with a number of pixels before they are calculated or drawn; what it raises prevents that.
     """
 
     def __init__(
@@ -127,8 +127,11 @@ class DisplayModule:
         if fills and options & FILL:
             rows: dict[int, list[int]] = {}
             for x, y in kept:
-                rows.setdefault(y, []).append(x)
-            kept = {(x, y): 1 for y, columns in rows.items() for x in range(min(columns), max(columns) + 1)}
+                if 0 <= y < DISPLAY_HEIGHT:
+                    rows.setdefault(y, []).append(x)
+            ends = {y: (max(min(columns), 0), min(max(columns), _LAST_COLUMN)) for y, columns in rows.items()}
+            kept = {(x, y): 1 for y, (left, right) in ends.items() for x in range(left, right + 1)}
+        self.spend(len(kept))
         for (x, y), pixel in kept.items():
             new, old = pixel ^ bool(options & _TURN), self.get(x, y)
             self.set(x, y, (new, old & new, old | new, old ^ new)[options >> 3 & 3])

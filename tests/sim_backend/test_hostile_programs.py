@@ -23,6 +23,8 @@ LEVELS = 4
 LAYOUT = Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=bytes(range(256)))
 ADD, CONCATENATE, CALL, ACQUIRE, FINISH, PRINT, EQUAL = 0x00, 0x18, 0x28, 0x2C, 0x2A, 0x6A, 4
 PICTURE_OF_BYTES, LINE = 92, 15
+FILLED, MAPPED = 0x20, 0x1100
+"""Options of a drawing, and a coordinate that is the first parameter by the first map."""
 OUT_OF_MEMORY = ERR_MEM & 0xFF
 """Status of a program in firmware 1.32."""
 
@@ -120,8 +122,13 @@ def shape(opcode, *words):
     [
         shape(7, 0, 50, 30, 0x6FFF) * 100,
         shape(1, 1, 1, 1, 0) + shape(3, 0, 1, 0, 0, 100, 64, 0, 0) * 1000,
+        shape(6, FILLED, 0, 0, 99, 63) * 1000,
+        shape(9, 0, 50, 30, 0x6FFF, 0x6FFF) * 100,
+        shape(10, 0, 1000) * 2000,
+        shape(10, FILLED, 1000) * 500,
+        shape(2, 1, 3000, *[0, 0] * 3000) + shape(4, 0, MAPPED, MAPPED, 0) * 500,
     ],
-    ids=["circles", "sprites"],
+    ids=["circles", "sprites", "filled rectangles", "ellipses", "polygons", "filled polygons", "a long map"],
 )
 def test_a_picture_of_more_than_the_brick_could_draw_ends_the_program(content):
     variables = Variables()
@@ -151,6 +158,18 @@ def test_lines_far_beyond_the_screen_take_the_time_of_later_passes():
     brick.tick(20)
     assert 0 < brick.command.pool[LAYOUT.clump + variables.table[count][2]] < 15
     assert status(brick) is ProgramStatus.RUNNING
+
+
+def test_a_shape_beyond_the_screen_is_filled_on_the_screen_only():
+    display = DisplayModule(enhanced=True)
+    display.collect()
+    display.circle(50, 32, 300)
+    tracemalloc.start()
+    display.combine(FILLED, fills=True)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert display.pixels == b"\xff" * len(display.pixels)
+    assert most < 5_000_000
 
 
 def test_a_drawing_that_fails_does_not_suppress_later_ones():

@@ -135,7 +135,10 @@ class _Picture:
             return s16(word)
         value = self._parameters[index]
         table = self._maps.get(word >> _MAP_SHIFT & _MAP_MASK)
-        return _interpolate(table, value) if table else value
+        if not table:
+            return value
+        self._display.spend(len(table))
+        return _interpolate(table, value)
 
     def _copy(self, sprite: int, left: int, bottom: int, width: int, height: int, x: int, y: int) -> None:
         """Copy a part of a sprite; its rows are stored from the top, its highest bit is on the left.

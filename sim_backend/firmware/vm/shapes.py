@@ -8,13 +8,17 @@ from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.cint import divide
 from sim_backend.firmware.display import FILL, DisplayModule
 
+_QUADRANTS = 4
+
 
 def draw_polygon(display: DisplayModule, corners: Sequence[tuple[int, int]], options: int) -> None:
     """Draw a closed polygon, and combine it line by line unless it is filled."""
     if options & FILL:
+        display.spend(len(corners) * DISPLAY_HEIGHT)
         for x, y in _inside(corners):
             display.point(x, y)
         return
+    display.spend(len(corners))
     for start, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
         display.line(*start, *end)
         display.combine_part(options)
@@ -29,12 +33,14 @@ def _inside(corners: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
             for (x, start), (end_x, end) in zip(corners, [*corners[-1:], *corners[:-1]], strict=True)
             if min(start, end) < y <= max(start, end)
         )
-        for left, right in zip(crossings[::2], crossings[1::2], strict=False):
-            yield from ((x, y) for x in range(max(left, 0), min(right + 1, DISPLAY_WIDTH)))
+        edges = zip(crossings[::2], crossings[1::2], strict=False)
+        columns = {x for left, right in edges for x in range(max(left, 0), min(right + 1, DISPLAY_WIDTH))}
+        yield from ((x, y) for x in columns)
 
 
 def draw_ellipse(display: DisplayModule, x: int, y: int, width: int, height: int) -> None:
     """Draw an ellipse around (x, y) with these radii."""
+    display.spend(_QUADRANTS * (max(width, 0) + max(height, 0)))
     for across, up in _quadrant(width, height):
         for left in (x - across, x + across):
             display.point(left, y - up)
