@@ -93,6 +93,22 @@ def test_a_record_of_the_data_log_is_cut_when_the_map_has_changed_its_length(len
     assert len(reply) == 4 + RECORD_LIMIT
 
 
+class CountedTable(tuple):
+    reads = 0
+
+    def __getitem__(self, index):
+        CountedTable.reads += 1
+        return super().__getitem__(index)
+
+
+def test_clusters_that_contain_each_other_are_measured_once():
+    table = CountedTable([Variable(Type.CLUSTER, True, 1)] * 300 + [Variable(Type.UBYTE, True, 0)])
+    header = Header(b"", 0, 5, len(table), 4, 4, *[0] * 7, 1)
+    program = Program(header, table, b"", (Clump(0, 0, 1),), (), b"", table[-1])
+    list(program.initial_values())
+    assert CountedTable.reads < 4 * len(table)
+
+
 def test_an_array_does_not_grow_beyond_the_pool():
     variables = Variables()
     target, text = variables.text(), variables.text(bytes(range(1, 201)))

@@ -241,13 +241,14 @@ class Program:
 
         The first entry counts even if the table is empty, the members of a cluster also past the end of the table.
         """
-        index, end = 0, max(self.header.variables, 1)
+        index, measured, end = 0, 0, max(self.header.variables, 1)
         while index < end:
             variable = self.variables[index] if index < len(self.variables) else self.erased
             yield variable
             try:
-                if variable.type == Type.CLUSTER:
-                    end = max(end, following(self.variables, index))
+                if variable.type == Type.CLUSTER and index >= measured:  # one inside another ends no later
+                    measured = following(self.variables, index)
+                    end = max(end, measured)
                 index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
             except IndexError as error:
                 raise BadProgram(Fault.TYPE, "an array or a cluster whose elements are not in the file") from error
