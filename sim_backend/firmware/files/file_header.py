@@ -65,12 +65,12 @@ class File:
         """The bytes that can be read, as far as the flash has room for them."""
         cursor = Cursor(self._memory)
         cursor.begin(self)
-        return cursor.read(min(self.data_size, SECTOR * len(self._memory.sectors)))
+        return cursor.read(self.data_size)
 
     @property
     def block(self) -> bytes:
         """The same of a file that is one block."""
-        return self._memory.read(self.start, min(self.data_size, SECTOR * len(self._memory.sectors)))
+        return self._memory.read(self.start, min(self.data_size, self._memory.capacity))
 
     def rename(self, name: str) -> None:
         """Write another name into the header."""
@@ -117,8 +117,8 @@ class Cursor:
         self.entry += POINTER
 
     def read(self, size: int) -> bytes:
-        """Read on."""
-        content = bytearray()
+        """Read on, as far as the flash has room: data in the place of a header may be sizes of gigabytes."""
+        content, size = bytearray(), min(size, self._memory.capacity)
         while len(content) < size:
             piece = self._memory.read(self.at, min(size - len(content), SECTOR - self.at % SECTOR))
             content += piece
@@ -138,7 +138,7 @@ class Cursor:
             self.at += place
             return
         place -= in_first
-        for _ in range(place // SECTOR + 1):
+        for _ in range(min(place, self._memory.capacity) // SECTOR + 1):
             self.next_sector()
         self.at += place - (place - 1) // SECTOR * SECTOR
 

@@ -38,6 +38,7 @@ class FlashMemory:
 
     Attributes:
         sectors: Their numbers.
+        capacity: Number of their bytes.
         on_write: Called after each change.
     """
 
@@ -50,8 +51,9 @@ class FlashMemory:
         """
         self.sectors = range(sector_of(start), sector_of(start) + sectors)
         self.on_write: Callable[[], None] = lambda: None
+        self.capacity = SECTOR * sectors
         self._start = start
-        self._bytes = bytearray(ERASED * (SECTOR * sectors))
+        self._bytes = bytearray(ERASED * self.capacity)
 
     def read(self, address: int, size: int) -> bytes:
         """Return bytes; others of the chip are as if erased, and 0 outside of it, as on the bench."""

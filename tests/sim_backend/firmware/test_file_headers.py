@@ -4,6 +4,8 @@ import pytest
 
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.files.file_header import FIXED_SIZE, File, Kind, fixed_header
+from sim_backend.firmware.files.flash_memory import address_of
 
 LIST = "01862a2e2a0000000000000000000000000000000000"
 NEXT = "018700"
@@ -103,3 +105,30 @@ def test_the_end_of_a_data_file_writes_it_again_if_that_sector_is_not_full(firmw
 def test_every_creation_writes_the_header():
     overlapping = [created("81", "d", 1), *ABORTED, "0183005a", "018400", created("81", "e", 60000)]
     assert name_of(last_reply("1.29", [*overlapping, LIST])) == "e"
+
+
+@pytest.mark.parametrize("action", ["read", "seek", "append"])
+def test_a_header_of_gigabytes_is_followed_as_far_as_the_flash_has_room(action):
+    brick = SimBrick()
+    memory, loader = brick.loader.flash.memory, brick.loader
+    address = address_of(memory.sectors[100])
+    huge = fixed_header("h.txt", address + FIXED_SIZE, 0xFFFF_FFFF, Kind.DATA)
+    memory.write(address, huge)
+    file = File(memory, address)
+    file.set_data_size(0xFFFF_FF00)
+    loader.flash.directory.insert(0, address)
+    reads, read = 0, memory.read
+
+    def counted(place, size):
+        nonlocal reads
+        reads += 1
+        return read(place, size)
+
+    memory.read = counted
+    if action == "append":
+        loader.append("h.txt")
+    elif action == "seek":
+        loader.opened(loader.open_read("h.txt").handle).seek(0xF000_0000, file)
+    else:
+        loader.read(loader.open_read("h.txt").handle, 0xFFFF_FFFF)
+    assert reads < 2000
