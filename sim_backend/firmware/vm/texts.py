@@ -91,7 +91,7 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
             return int(text), start + len(text)
         found = pattern.match(text)
         if is_integer:
-            number: Number = max(_MIN_S32, min(int(found[1]), _MAX_S32)) if found else s32(default)
+            number: Number = int(max(_MIN_S32, min(float(found[1]), _MAX_S32))) if found else s32(default)
         else:
             number = _float(found[1]) if found else single(default)
             number = number if kind == Type.FLOAT else data.whole(number, kind)
@@ -103,7 +103,12 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
 
 def _float(text: bytes) -> float:
     """Return the value as C's scanf reads it."""
-    return single(float.fromhex(text.decode()) if b"0x" in text.lower() else float(text))
+    if b"0x" not in text.lower():
+        return single(float(text))
+    try:
+        return single(float.fromhex(text.decode()))
+    except OverflowError:
+        return -math.inf if text.startswith(b"-") else math.inf
 
 
 def _join(machine: Machine, instruction: Instruction) -> Translation:

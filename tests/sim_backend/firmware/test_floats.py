@@ -102,10 +102,19 @@ def read(firmware, content, kind, offset=None, default=None):
         ("1.32", b"4294967295\0", U32, (0x7FFFFFFF, 10)),
         ("1.32", b"-99999999999\0", S32, (-(1 << 31), 12)),
         ("1.32", b"999999999\0", S32, (999999999, 9)),
+        ("1.29", b"0x1p5000\0", F32, (INFINITY, 1)),
+        ("1.32", b"-0x1p5000\0", F32, (-INFINITY, 2)),
     ],
 )
 def test_a_number_in_a_text_ends_where_the_firmware_ends_it(firmware, content, kind, expected):
     assert read(firmware, content, kind) == expected
+
+
+@pytest.mark.parametrize(
+    ("sign", "digit", "value"), [(b"", b"9", (1 << 31) - 1), (b"-", b"9", -1 << 31), (b"", b"0", 7)]
+)
+def test_a_text_may_have_any_number_of_digits(sign, digit, value):
+    assert read("1.32", sign + digit * 5000 + b"7\0", S32) == (value, len(sign) + 5001)
 
 
 @pytest.mark.parametrize("firmware", LATER)
