@@ -147,11 +147,11 @@ class Dialogue:
     def expire(self) -> LinkTimeout:
         """Return the error to raise when the deadline has passed."""
         if self._waiting:
-            name, fate = type(self._waiting[0]).__name__, "was not sent, because the brick had not replied for"
+            name, outcome = type(self._waiting[0]).__name__, "was not sent, because the brick had not replied for"
         else:
-            name, fate = type(self._command).__name__, "was not answered within"
+            name, outcome = type(self._command).__name__, "was not answered within"
         return LinkTimeout(
-            f"{name} {fate} {self._timeout_s:g} s.",
+            f"{name} {outcome} {self._timeout_s:g} s.",
             remedy="Is the brick on, near, and not showing a dialog? If so, connect again.",
         )
 

@@ -124,7 +124,7 @@ class Terminal:
         self.closed = False
         self._now = now
         self._frames = FrameReader(LENGTH_LIMIT)
-        self._heard_s = now()
+        self._received_s = now()
         # keep the terminal open: otherwise our end reads an error instead of nothing while no program has it open
         self._end, self._terminal = _open_terminal()
         self.device = os.ttyname(self._terminal)
@@ -133,16 +133,16 @@ class Terminal:
     def receive(self) -> list[bytes]:
         """Return the telegrams that arrived since the last call; invalid data is dropped, as a brick does."""
         data = self._read()
-        if self._now() - self._heard_s > PARTIAL_LIMIT_S:
+        if self._now() - self._received_s > PARTIAL_LIMIT_S:
             self._frames.reset()
         if not data:
             return []
-        self._heard_s = self._now()
+        self._received_s = self._now()
         return completed(self._frames, data)
 
     def send(self, data: bytes) -> None:
         """Write a frame in one piece, as many programs read once per frame. It need not be read."""
-        self._forget_unread()
+        self._discard_unread()
         with contextlib.suppress(BlockingIOError):  # the other program has stopped its terminal
             os.write(self._end, data)
 
@@ -171,7 +171,7 @@ class Terminal:
         except BlockingIOError:
             return b""
 
-    def _forget_unread(self) -> None:
+    def _discard_unread(self) -> None:
         """Discard replies that a program left unread, so that the next one does not read them."""
         import fcntl
         import termios

@@ -42,7 +42,7 @@ class SocketClient(ABC):
         self.at_end = self.closed = False
         self._socket = connection
         self._now = now
-        self._heard_s = now()
+        self._received_s = now()
         self._unsent = bytearray()
 
     def receive(self) -> list[bytes]:
@@ -50,8 +50,8 @@ class SocketClient(ABC):
         self._flush()
         data = self._read()
         if data:
-            self._heard_s = self._now()
-        return self._split(data, math.inf if self.at_end else self._now() - self._heard_s)
+            self._received_s = self._now()
+        return self._split(data, math.inf if self.at_end else self._now() - self._received_s)
 
     def send(self, data: bytes) -> None:
         """Write the data; a program that leaves too much unread is disconnected."""

@@ -344,7 +344,7 @@ class CommandModule:
             self._records.show(self._machine.tasks)
 
     def _refuse(self, fault: Fault) -> None:
-        self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
+        self._end(fault if self._dialect.shows_faults else ProgramStatus.ERROR)
 
     def _execute(self, now_ms: int, *, step: bool = False) -> bool:
         """Run one pass of the program, or one instruction; return whether it continues."""
@@ -362,7 +362,7 @@ class CommandModule:
         if outcome is None:
             self.due_ms, self.calculates = machine.due_ms, machine.calculates
             return True
-        numbered = outcome is Outcome.ERROR and self._dialect.tells_faults
+        numbered = outcome is Outcome.ERROR and self._dialect.shows_faults
         self._end(machine.error & 0xFF if numbered else ProgramStatus(outcome))
         return False
 

@@ -92,7 +92,7 @@ class Radio:
         return self._on
 
     @property
-    def waits_in_vain(self) -> bool:
+    def awaits_lost_answer(self) -> bool:
         """Whether the firmware waits for the answer to a command that stream mode has lost."""
         return self.operating and self._is_lost
 

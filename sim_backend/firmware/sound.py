@@ -103,7 +103,7 @@ class SoundModule:
         self.state, self.volume = int(SoundState.STOP), volume
         self.due_ms = self._clock.now_ms + 1
 
-    def break_off(self) -> None:
+    def cancel(self) -> None:
         """Stop the sound in the next pass, and forget one that is about to start."""
         self.state, self.flags = int(SoundState.STOP), self.flags & ~int(SoundFlag.UPDATE)
         self.due_ms = self._clock.now_ms + 1

@@ -17,7 +17,7 @@ from sim_backend.firmware.sensors.analog import FULL_SCALE
 
 from .radio_stream import RadioStream
 
-_PATIENCE = 100_000
+_POLL_LIMIT = 100_000
 """Result of a wait that gives up; it has made one poll fewer."""
 _MODE_MS = 5
 """Passes that a change of the radio's mode takes."""
@@ -25,7 +25,7 @@ _MODE_MS = 5
 _USB_MS = 1
 """Passes that the cable takes."""
 
-_RADIO_PATIENCE = 5000
+_REPLY_TIMEOUT_MS = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
 _WRITE_FORM = 0xFE
 """Mask of an I2C address without the bit that says that a device sends."""
@@ -188,21 +188,21 @@ class Bench:
     def _poll(self, request: str, byte: int, value: int) -> tuple[int, str]:
         """Repeat the request every pass until `byte` of the reply is `value`, or give up."""
         reply = ""
-        for polls in range(1, _PATIENCE):
+        for polls in range(1, _POLL_LIMIT):
             reply = self.telegram(request)
             if bytes.fromhex(reply)[byte : byte + 1] == bytes((value,)):
                 return polls, reply
-        return _PATIENCE, reply
+        return _POLL_LIMIT, reply
 
     def _until(self, request: str, status: str) -> str:
         return str(self._poll(request, 2, int(status, 16))[0])
 
     def _until_idle(self) -> str:
-        for passes in range(1, _PATIENCE):
+        for passes in range(1, _POLL_LIMIT):
             self.brick.tick()
             if not self.brick.ui.registers.flags & UiFlag.BUSY:
                 return str(passes)
-        return str(_PATIENCE)
+        return str(_POLL_LIMIT)
 
     def _until_run(self, port: str, run_state: str) -> str:
         polls, reply = self._poll(f"0006{int(port):02x}", 8, int(run_state, 16))
@@ -334,11 +334,11 @@ class Bench:
 
         As in the recordings, there is at least one pass for each piece of a telegram that is complete now, even of one
         that was taken before. If the last telegram is complete, passes end when all bytes are taken and sent. They
-        last for `_RADIO_PATIENCE` passes more if the stream ends.
+        last for `_REPLY_TIMEOUT_MS` passes more if the stream ends.
         """
         radio, replies, passes = self._radio, b"", 0
         complete = radio.send(bytes.fromhex("".join(stream)))
-        while passes < complete + _RADIO_PATIENCE and (
+        while passes < complete + _REPLY_TIMEOUT_MS and (
             radio.ends or radio.sending or passes < complete or (radio.waiting and not radio.incomplete)
         ):
             replies += radio.take()

@@ -33,7 +33,7 @@ class RadioStream:
     def __init__(self, brick: SimBrick) -> None:
         self._brick = brick
         self.waiting = b""
-        self._taken = self._unheard = b""
+        self._taken = self._partial = b""
         self._message_rest = 0
         self._is_stream = self._was_full = self._at_end = self._is_blocked = False
         self._end_ms: int | None = None
@@ -52,7 +52,7 @@ class RadioStream:
     @property
     def incomplete(self) -> bool:
         """Whether the bytes sent end within a telegram."""
-        return bool(self._unheard)
+        return bool(self._partial)
 
     @property
     def is_stream(self) -> bool:
@@ -61,12 +61,12 @@ class RadioStream:
 
     def send(self, data: bytes) -> int:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
-        if self._brick.radio.waits_in_vain:
+        if self._brick.radio.awaits_lost_answer:
             self._end_ms = self._brick.now_ms
         else:
             self.note_command()
         self.waiting += data
-        complete, self._unheard = _split(self._unheard + data)
+        complete, self._partial = _split(self._partial + data)
         self._was_full = len(self.waiting) + self._at_end > RING
         return complete
 
@@ -80,7 +80,7 @@ class RadioStream:
 
         A stream that has ended begins again when the command to the radio is over.
         """
-        self._unheard = b""
+        self._partial = b""
         if stream == self._is_stream:
             return
         self._taken, self._message_rest, self._is_blocked = b"", 0, False

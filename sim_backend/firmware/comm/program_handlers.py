@@ -31,7 +31,7 @@ class ProgramHandlers:
     @handles(direct.StartProgram)
     def start_program(self, command: direct.StartProgram) -> HandlerResult:
         """Request the start of a file from the user interface; only its existence is checked."""
-        if not self._loader.exists(command.name):
+        if not self._loader.look_up(command.name):
             return OUT_OF_RANGE
         self._ui.execute(command.name)
         return DONE

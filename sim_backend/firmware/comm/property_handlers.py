@@ -35,7 +35,7 @@ class PropertyHandlers:
     @handles(direct.PlaySoundFile)
     def play_sound_file(self, command: direct.PlaySoundFile) -> HandlerResult:
         """Start a sound file; only its existence is checked."""
-        if not self._loader.exists(command.name):
+        if not self._loader.look_up(command.name):
             return OUT_OF_RANGE
         self._sound.play_file(command.name, loop=bool(command.loop))
         return DONE

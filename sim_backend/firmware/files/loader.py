@@ -44,7 +44,7 @@ class Loader:
         handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
         over_usb: Numbers of the handles that were opened over USB and not closed by a telegram.
-        found_size: Size of the file that `exists` last looked for, 0 without that file; the firmware writes it to
+        found_size: Size of the file that `look_up` last looked for, 0 without that file; the firmware writes it to
             address 0.
     """
 
@@ -65,8 +65,8 @@ class Loader:
         self.handles = self._addressable[:HANDLES]
         self._buffers = [WriteBuffer() for _ in range(WRITERS)]
 
-    def exists(self, name: str) -> bool:
-        """Return whether a file exists; False without a free handle for the search.
+    def look_up(self, name: str) -> bool:
+        """Look a file up for StartProgram or PlaySoundFile; return whether it exists, False without a free handle.
 
         As in the firmware, a successful search stays open, and handle 0 is closed instead.
         """
@@ -245,10 +245,6 @@ class Loader:
                 return Opened(Status.FILE_IS_BUSY, number)
             file.rename(new_name)
         return Opened(status, number)
-
-    def is_there(self, name: str) -> bool:
-        """Return whether a file matches."""
-        return self.flash.find(matcher(name)) < len(self.flash.directory)
 
     def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""

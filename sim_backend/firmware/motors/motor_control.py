@@ -32,7 +32,7 @@ _RAMP_AT_PERCENT = 80
 COUNT_WRAP = 10_000_000
 """A motor without a limit restarts its count beyond this many degrees."""
 
-STALL_PATIENCE = 100
+STALL_PASSES = 100
 """Passes without progress after which an unregulated ramp-up increases its power."""
 
 CREEP = 10
@@ -301,7 +301,7 @@ class MotorControl:
                 self.ramp_old, self.up_counter = self.count, 0
             elif not self.regulation & SPEED:
                 self.up_counter += 1
-                if self.up_counter > STALL_PATIENCE:
+                if self.up_counter > STALL_PASSES:
                     self.up_counter = 0
                     self.target_speed = s8(self.target_speed + sign)
         if (s32(self.count - sign * self.ramp_start) - s32(self.limit - sign * self.ramp_start)) * sign >= 0:

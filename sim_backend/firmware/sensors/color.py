@@ -134,7 +134,7 @@ class ColorPort:
         self.calibration, self.limits = values[: len(self.calibration)], values[len(self.calibration) :]
         return place == _CALIBRATION.size - 1
 
-    def look(self, device: ColorDevice, mode: int) -> Color:
+    def measure(self, device: ColorDevice, mode: int) -> Color:
         """Light the lamps in turn and name the colour."""
         self.readings = red, green, blue, blank = tuple(device.lit(lamp) for lamp in (RED, GREEN, BLUE, BLANK))
         row = device.calibration[sum(blank < limit for limit in device.limits)]

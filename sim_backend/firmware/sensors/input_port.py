@@ -217,7 +217,7 @@ class InputPort:
         """Read the colour sensor: the colour, or the brightness with one lamp on."""
         self.color.state = 0
         if self.type == SensorType.COLOR_FULL:
-            self.scaled = self.color.look(device, self.mode)
+            self.scaled = self.color.measure(device, self.mode)
             return
         self.raw = device.lit(self.type - SensorType.COLOR_RED)
         self._scale(background(self.raw))

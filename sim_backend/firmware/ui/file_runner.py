@@ -150,7 +150,7 @@ class FileRunner:
             case Run.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
                 registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
             case Run.SOUND if self._keys.read() == Key.EXIT:
-                self._sound.break_off()
+                self._sound.cancel()
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
             case Run.SOUND if self._sound.playing:  # a click that has just begun plays, too
                 registers.next_step_ms = now_ms + 1

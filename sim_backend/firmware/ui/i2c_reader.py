@@ -66,7 +66,7 @@ class I2CReader:
             self._low_speed.send(port, sensor.set_up, 0)
 
     def go_on(self, passed_ms: int) -> None:
-        """Do what is due at a time after the page began, a multiple of `step_ms`."""
+        """Take the next step of each sensor, at a time after the page began that is a multiple of `step_ms`."""
         at_ms = passed_ms % self._period_ms
         for port, sensor in self._sensors.items():
             if at_ms == self._taken_ms:

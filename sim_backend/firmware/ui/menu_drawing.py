@@ -49,7 +49,7 @@ SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in 
 """The messages that the radio keeps its state, is switched off (the status bar takes seven more passes), and on."""
 SEARCHED = [marks.MENU, *_message(117, before=2), marks.FOUND]
 """The search for devices."""
-FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
+FOUND_NONE, ABORTED = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
 """The messages that the search finds none, and that it was aborted."""
 VERSION_LEFT_AGAIN = (marks.STATUS_BAR, marks.MENU)
 VERSION_LEFT = (*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, *VERSION_LEFT_AGAIN)

@@ -198,7 +198,7 @@ class MenuKeys:
             self._await_value()
 
     def show_value(self, *, draws: bool = True) -> None:
-        """Set up the port of the value that is shown, look after it, and draw the value again.
+        """Set up the port of the value that is shown, check it, and draw the value again.
 
         Args:
             draws: Whether the value is drawn when that is due; in the pass of exit it is not.
@@ -208,7 +208,7 @@ class MenuKeys:
         if view.chosen:
             view.set_up()
         if passed_ms % view.step_ms == 0:
-            view.look_after_ports(passed_ms)
+            view.check_ports(passed_ms)
         if draws and (now_ms - self._drawn_ms) % view.period_ms == 0:
             self._screen.mark(marks.VALUE_AGAIN)
         self._await_value()

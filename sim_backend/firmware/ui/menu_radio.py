@@ -75,7 +75,7 @@ class MenuRadio:
     def _read_key(self, left: int) -> None:
         """Take a key; exit aborts the search, of which some passes are left."""
         if self._keys.read_silently() == Key.EXIT:
-            self._states.left[:left] = [Pass(UiState.DRAWING, each) for each in drawing.BROKEN_OFF[1:]]
+            self._states.left[:left] = [Pass(UiState.DRAWING, each) for each in drawing.ABORTED[1:]]
 
     def _show(self, *, visible: bool) -> None:
         """Make the radio visible to others, or not."""

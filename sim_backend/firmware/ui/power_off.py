@@ -31,7 +31,7 @@ class PowerOff:
         self._clock, self._registers, self._screen, self._programs = clock, registers, screen, programs
         self._radio, self._io_control, self._sleep_timer = radio, io_control, sleep_timer
         self._down_ms = NEVER
-        self._leaves_radio = self._deaf = False
+        self._leaves_radio = self._ignores_keys = False
 
     @property
     def takes_keys(self) -> bool:
@@ -42,14 +42,14 @@ class PowerOff:
     @property
     def _was_down(self) -> bool:
         """Whether the last power-down is over, also after a restart."""
-        return self._clock.now_ms >= self._down_ms + times.DEAF_MS
+        return self._clock.now_ms >= self._down_ms + times.NO_KEYS_MS
 
     @property
     def count(self) -> int:
-        """Passes since the power was switched off, at most `times.DEAF_MS`; `times.MESSAGE_PASSES` before that."""
+        """Passes since the power was switched off, at most `times.NO_KEYS_MS`; `times.MESSAGE_PASSES` before that."""
         if self._down_ms == NEVER:
             return times.MESSAGE_PASSES
-        return min(max(self._clock.now_ms - self._down_ms + 1, 0), times.DEAF_MS)
+        return min(max(self._clock.now_ms - self._down_ms + 1, 0), times.NO_KEYS_MS)
 
     @property
     def due_ms(self) -> int:
@@ -59,7 +59,7 @@ class PowerOff:
             return NEVER
         if now_ms <= self._down_ms:
             return now_ms + 1
-        return NEVER if self._was_down else self._down_ms + times.DEAF_MS
+        return NEVER if self._was_down else self._down_ms + times.NO_KEYS_MS
 
     def follow(self, before: int) -> None:
         """Decide whether to switch off, or take the next step of it; `before` is the state at the pass's begin."""
@@ -67,7 +67,7 @@ class PowerOff:
         if self._sleep_timer.expired:
             registers.force_off = 1
         if registers.force_off:
-            if self._was_down and not self._deaf:
+            if self._was_down and not self._ignores_keys:
                 self._io_control.take_back()
             registers.off_ms, self._down_ms = now_ms, NEVER
             registers.state, registers.next_step_ms, registers.from_menu = int(UiState.DRAWING), NEVER, False
@@ -100,11 +100,11 @@ class PowerOff:
         elif may_power_down and passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
             self._down_ms = now_ms
         down_ms = now_ms - self._down_ms
-        if down_ms == times.DEAF_MS and self._registers.state == UiState.DRAWING and not self._registers.from_menu:
+        if down_ms == times.NO_KEYS_MS and self._registers.state == UiState.DRAWING and not self._registers.from_menu:
             self._io_control.take_back()
-            self._deaf = False
+            self._ignores_keys = False
         elif down_ms == 0:
             self._io_control.announce_power_down()
-            self._deaf = True
-        elif 0 < down_ms < times.DEAF_MS:
+            self._ignores_keys = True
+        elif 0 < down_ms < times.NO_KEYS_MS:
             self._io_control.send()

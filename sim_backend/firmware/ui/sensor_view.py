@@ -81,7 +81,7 @@ class SensorView:
         shown: Whether the page is shown.
         modern: Whether ports are set up one pass after the beginning of the page, and keep their types.
         period_ms: Time from one drawing of the value to the next.
-        step_ms: Period in which the page looks after its ports.
+        step_ms: Period in which the page checks its ports.
     """
 
     def __init__(self, inputs: InputModule, outputs: OutputModule, i2c: I2CReader, *, modern: bool) -> None:
@@ -137,7 +137,7 @@ class SensorView:
                 self._inputs.store(port, type=value.type, mode=value.mode)
         self._i2c.begin({port: value.i2c for port, value in self._ports.items() if value and value.i2c})
 
-    def look_after_ports(self, passed_ms: int) -> None:
+    def check_ports(self, passed_ms: int) -> None:
         """Give the inputs that were shown their types and modes again, if they have got others, and read I2C sensors.
 
         Args:

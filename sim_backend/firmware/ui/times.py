@@ -3,7 +3,7 @@
 DISPLAY_OFF_MS = 3
 """Time from the decision to switch off until the display goes off."""
 
-DEAF_MS = 251
+NO_KEYS_MS = 251
 """Time from the command to switch the power off, as the map shows it, until keys count again."""
 
 EMPTY_FOUND_MS = 2

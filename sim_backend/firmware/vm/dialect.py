@@ -33,7 +33,7 @@ class Dialect(NamedTuple):
         timing: See `Timing`.
         copies_arrays: Whether an operation of one array copies it unchanged if the target has the same integer type.
         builds_at_once: Whether BUILD copies arrays of integers at once, and ARRINIT leaves out offsets of elements.
-        forgives_comparisons: Whether a jump that holds for equal values is also made if an array or cluster is
+        accepts_mixed_comparisons: Whether a jump that holds for equal values is also made if an array or cluster is
             compared with something else, which otherwise is an error.
         system_calls: Number of system calls.
         missing: Opcodes that it lacks.
@@ -42,7 +42,7 @@ class Dialect(NamedTuple):
         runs_past_end: Whether the instruction directly after a clump belongs to it, too; then a clump that ends before
             it begins has no end.
         keeps_offsets: Whether the Command map still shows after a program where its variables and descriptors were.
-        tells_faults: Whether ProgStatus shows why a program could not start or ended with an error, not only that.
+        shows_faults: Whether ProgStatus shows why a program could not start or ended with an error, not only that.
         decimals: Largest number of decimals of a float that becomes a text.
         crops_files: Whether a data file that a program leaves open ends after what was written.
         limits_volume: Whether the volume of a sound that a program plays is at most 4.
@@ -69,11 +69,11 @@ class Dialect(NamedTuple):
     system_calls: int
     missing: frozenset[int]
     has_fields: bool = False
-    forgives_comparisons: bool = False
+    accepts_mixed_comparisons: bool = False
     checks_short_forms: bool = False
     runs_past_end: bool = False
     keeps_offsets: bool = True
-    tells_faults: bool = False
+    shows_faults: bool = False
     decimals: int = 2
     crops_files: bool = True
     limits_volume: bool = True

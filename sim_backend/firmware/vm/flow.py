@@ -40,24 +40,24 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
     _, left, right = instruction.arguments
     target, following, relation = _target(machine, instruction), instruction.following, instruction.flags
     if machine.task.misses:
-        return Next(_astray(machine, instruction))
+        return Next(_wrong_jump(machine, instruction))
     if machine.operands.scalars(left, right):
         return Branch(whole_comparison(machine, relation, left, right), target, following)
     data, first, second = machine.data, Place(left), Place(right)
-    forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
+    accepts = machine.dialect.accepts_mixed_comparisons and relation in HOLD_FOR_EQUALS
 
     def run() -> int:
         try:
             return target if compare(data, relation, first, second) else following
         except ProgramError:
-            if forgives:
+            if accepts:
                 return target
             raise
 
     return Next(run)
 
 
-def _astray(machine: Machine, instruction: Instruction) -> Step:
+def _wrong_jump(machine: Machine, instruction: Instruction) -> Step:
     """Return a conditional jump that, if not made, leads as far from its target as the turn began from the clump.
 
     The distance of the target then counts without a sign.
@@ -257,10 +257,10 @@ def _wait(machine: Machine, instruction: Instruction) -> Next:
 
 def _tick(machine: Machine, instruction: Instruction) -> Translation:
     operands, target = machine.operands, instruction.arguments[0]
-    statement = operands.assignment(target, f"{operands.function('now', machine.ask_time)}()")
+    statement = operands.assignment(target, f"{operands.function('now', machine.read_clock)}()")
     if statement:
         return Effect((statement,), Ports.NOTHING, reads_clock=True)
-    return lambda: machine.data.put(target, machine.ask_time())
+    return lambda: machine.data.put(target, machine.read_clock())
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

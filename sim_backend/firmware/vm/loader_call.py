@@ -90,9 +90,8 @@ def _delete(call: Call, loader: Loader) -> Result:
 def _rename(call: Call, loader: Loader) -> Result:
     """Rename a file; the length is that of the last one that was looked for: the one of the new name, or the old."""
     name, new_name = _name(call), call.text(_BUFFER).decode("latin-1")
-    looked_for = new_name if loader.is_there(new_name) else name
-    files, at = loader.flash.files, loader.flash.find(matcher(looked_for))
-    size = files[at].data_size if at < len(files) else 0
+    files = [file for each in (new_name, name) for file in loader.flash.files if matcher(each)(file.name)]
+    size = files[0].data_size if files else 0
     status, handle, _ = loader.rename(name, new_name)
     if len(new_name) <= NAME_LIMIT:
         call.put(_LENGTH, size)

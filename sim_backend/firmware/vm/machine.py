@@ -60,7 +60,7 @@ class Machine:
         full: Whether the last instruction, which may have suspended its clump, filled the pass.
         calculates: Whether the last instructions of the last turn only calculated, so that it may be able to run ahead.
         turn_start: The word at which this turn began.
-        asked_time: Number of instructions of this turn that read the time.
+        clock_reads: Number of instructions of this turn that read the time.
         handles: Names of the files that the program has opened, and whether to write, by handle.
         error: Code of the error that ended the program, a negative number of eight bits.
     """
@@ -95,7 +95,7 @@ class Machine:
             self.reset(task)
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
-        self.now_ms = self.lag = self.asked_time = self._turns_left = self.error = self.turn_start = 0
+        self.now_ms = self.lag = self.clock_reads = self._turns_left = self.error = self.turn_start = 0
         self._stopped, self.calculates, self.full, self._done_ahead = False, False, False, 0
         if self.runs:
             self.task = self.tasks[self.queue.first]
@@ -192,7 +192,7 @@ class Machine:
             if number >= len(tasks):
                 return
             self.task = task = tasks[number]
-            self.asked_time, self._turns_left, self.turn_start = 0, turns, task.pc
+            self.clock_reads, self._turns_left, self.turn_start = 0, turns, task.pc
             most, several = task.turn, False
             if number == ends[1] and not task.misses:  # it is alone and needs no turns
                 if turns > 2 * instructions:
@@ -202,7 +202,7 @@ class Machine:
             done, ended = self._turn(most if most < instructions else instructions, several=several)
             instructions -= done
             self.full = instructions <= ended
-            turns -= (-(-done // TURN) or 1) + self.asked_time
+            turns -= (-(-done // TURN) or 1) + self.clock_reads
             if self.lag:
                 turns = min(turns, self._turns - 1)
             if not ended and ends[0] != ends[1]:
@@ -253,18 +253,18 @@ class Machine:
         if task.pc >= task.end if older else others and not ended and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
-    def _without_repeats(self, left: int, size: int, asked: int) -> int:
+    def _without_repeats(self, left: int, size: int, clock_reads: int) -> int:
         """Return the number of instructions left after the repeats of a loop that changes nothing but reads the time.
 
         Args:
             left: Number of instructions left.
             size: Number of instructions in the loop.
-            asked: Number of those that read the time.
+            clock_reads: Number of those that read the time.
         """
         repeats, rest = divmod(left, size)
-        if self.asked_time + repeats * asked >= self._turns_left:
+        if self.clock_reads + repeats * clock_reads >= self._turns_left:
             return left  # meanwhile the time changes
-        self.asked_time += repeats * asked
+        self.clock_reads += repeats * clock_reads
         return rest
 
     def _wake(self) -> None:
@@ -313,10 +313,10 @@ class Machine:
         """Milliseconds since power-on; the current pass counts only when it is over."""
         return self.now_ms - 1
 
-    def ask_time(self) -> int:
+    def read_clock(self) -> int:
         """Return the time for a program; reading it counts as a turn, and a pass's last turn begins a millisecond."""
-        self.asked_time += 1
-        return self.tick + (self.asked_time >= self._turns_left)
+        self.clock_reads += 1
+        return self.tick + (self.clock_reads >= self._turns_left)
 
     def suspend(self, following: int) -> int:
         """Take the first clump out of the queue, which is the current one unless it ended itself before.
