@@ -256,7 +256,7 @@ class LSData(Reply):
 
 @direct(0x10, success=(Status.OK, Status.PENDING))
 class LSRead(Command[LSData]):
-    """Fetch received bytes, also during a transaction; bytes returned with PENDING are removed, too (section 7)."""
+    """Fetch received bytes, also during a transaction; PENDING only if none wait (docs/firmware.md section 7)."""
 
     port: InputPortField
 

@@ -20,8 +20,8 @@ class Interpreter(Reply):
 class SetInterpreterState(Command[Interpreter]):
     """Pause, step or continue the program; ignored without a program and in state 0 and the states from 4 on.
 
-    In state 0, 5 or above the program neither runs nor ends until the brick is switched off. It cannot be stopped
-    while it is paused.
+    In state 0, 5 or above the program neither runs nor ends: in 0 until the Command map starts another, in the others
+    until the brick is switched off. It cannot be stopped while it is paused.
     """
 
     state: InterpreterStateField

@@ -1,4 +1,7 @@
-"""The regulators, run every 101 passes per motor. Source: docs/firmware.md sections 9.6 and 9.8."""
+"""The regulators, run every 101 passes per motor, or in a period that was set.
+
+Source: docs/firmware.md sections 9.6 and 9.8.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ WINDUP = 32_000
 
 
 class Regulators:
-    """Speed regulation of single motors and synchronisation of pairs.
+    """Regulation of the speed or position of single motors, and synchronisation of pairs.
 
     As in the firmware, there is one synchronisation state for all motors: three synchronised ones disturb each other.
     """
