@@ -79,7 +79,7 @@ class Layout:
         return (
             f"def {signature}:\n"
             f"    try:\n        return pack({', '.join([*filter(None, [head]), *values])}){rest}\n"
-            f"    except complaints as reason:\n        raise complaint(self, reason) from None\n"
+            f"    except packing_errors as reason:\n        raise value_error(self, reason) from None\n"
         )
 
     def unpacker(self, name: str, header: int, *, exact: bool) -> str:
@@ -87,7 +87,7 @@ class Layout:
         raw = [f"self.{n}" if isinstance(w, Scalar) else f"raw_{n}" for n, w in self.fixed.items()]
         lines = [
             f"if len(telegram) {'!=' if exact and not self.tail else '<'} {header + self.size}:",
-            f"    raise refuse(telegram, {header})",
+            f"    raise size_error(telegram, {header})",
             "self = new(cls)",
         ]
         if raw:
@@ -100,7 +100,7 @@ class Layout:
         if self.tail:
             lines.append(f"self.{self.tail} = bytes(telegram[{header + self.size}:])")
         if self.count:
-            lines += [f"if len(self.{[*self.wires][-1]}) < self.{self.count}:", "    raise miscounted(telegram)"]
+            lines += [f"if len(self.{[*self.wires][-1]}) < self.{self.count}:", "    raise count_error(telegram)"]
         return f"def {name}(telegram):\n    " + "\n    ".join([*lines, "return self"]) + "\n"
 
     def compile(self, cls: type, head_codes: str, source: str) -> Functions:
@@ -110,10 +110,10 @@ class Layout:
             "new": object.__new__,
             "pack": struct.Struct("<" + head_codes + self.codes).pack,
             "unpack_from": struct.Struct("<" + self.codes).unpack_from,
-            "complaints": (struct.error, TypeError, ValueError),
-            "complaint": self.complaint,
-            "refuse": self.refuse,
-            "miscounted": self.miscounted,
+            "packing_errors": (struct.error, TypeError, ValueError),
+            "value_error": self.value_error,
+            "size_error": self.size_error,
+            "count_error": self.count_error,
         }
         for name, wire in self.wires.items():
             scope[f"to_{name}"] = wire.to_wire
@@ -127,7 +127,7 @@ class Layout:
             function.__qualname__ = f"{self.owner}.{name}"
         return functions
 
-    def complaint(self, instance: object, error: Exception) -> LocalProtocolError:
+    def value_error(self, instance: object, error: Exception) -> LocalProtocolError:
         """Return an error that names the field of `instance` that does not fit."""
         for name, wire in self.wires.items():
             try:
@@ -136,11 +136,11 @@ class Layout:
                 return LocalProtocolError(f"{self.owner}.{name} {reason}.")
         return LocalProtocolError(f"{self.owner}: {error}.")
 
-    def miscounted(self, telegram: bytes) -> RemoteProtocolError:
+    def count_error(self, telegram: bytes) -> RemoteProtocolError:
         """Return the error for a telegram with fewer bytes than its own count."""
         return RemoteProtocolError(f"{self.owner} counts more bytes in {self.count} than it has", bytes(telegram))
 
-    def refuse(self, telegram: bytes, header: int) -> RemoteProtocolError:
+    def size_error(self, telegram: bytes, header: int) -> RemoteProtocolError:
         """Return the error for a telegram of the wrong length."""
         number = f"at least {self.size}" if self.tail else f"{self.size}"
         got = max(0, len(telegram) - header)
