@@ -144,12 +144,8 @@ class ProgramSteps:
 
     def _store(self, content: bytes) -> None:
         """Store the program in place of the one before."""
-        loader, self._last = self._loader, content
-        loader.delete(_FILE)
-        status, handle, _ = loader.create(_FILE, len(content))
-        if status == Status.OK:
-            loader.write(handle, content)
-            loader.close(handle)
+        self._last = content
+        self._loader.replace(_FILE, content)
 
     def open(self, name: str) -> bytes:
         """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program.

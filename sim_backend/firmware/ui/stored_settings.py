@@ -71,12 +71,7 @@ class StoredSettings:
         self.save()
 
     def _replace(self) -> None:
-        loader = self._loader
-        loader.delete(SETTINGS)
-        status, handle, _ = loader.create(SETTINGS, len(self._content))
-        if not status:
-            loader.write(handle, bytes(self._content))
-            loader.close(handle)
+        self._loader.replace(SETTINGS, bytes(self._content))
 
     def _values(self, content: bytes | bytearray) -> tuple[int, int]:
         """Return volume and number of the sleep time-out."""
