@@ -164,7 +164,7 @@ class RadioStream:
             bluetooth.store(piece)
             return b""
         if divided or size <= BLUETOOTH.buffer:
-            reply = bluetooth.begin_framed(_framed(piece))
+            reply = bluetooth.begin(piece)
         else:
             reply = bluetooth.take_piece(piece, first=first, last=last)
         self.note_command(0)
@@ -177,10 +177,6 @@ def _split(stream: bytes) -> tuple[int, bytes]:
     while len(rest) >= (size := _size(rest)):
         rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
     return pieces, rest
-
-
-def _framed(telegram: bytes) -> bytes:
-    return len(telegram).to_bytes(LENGTH_SIZE, "little") + telegram
 
 
 def _size(stream: bytes) -> int:

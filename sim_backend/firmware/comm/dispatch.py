@@ -11,7 +11,7 @@ from typing import Any
 
 from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
 from firmware_protocol.enhanced import SetBreakpoints, SetInterpreterState
-from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
+from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE, frame
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
@@ -181,7 +181,7 @@ class BluetoothComm(Comm):
 
         A long Read is answered completely.
         """
-        replies = self.begin_framed(data)
+        replies = self.begin(data[LENGTH_SIZE:])
         while self.sending:
             replies += self.next_piece()
         return replies
@@ -195,14 +195,13 @@ class BluetoothComm(Comm):
         """Return the next piece of the reply to a long Read, which the firmware sends in a pass after a telegram."""
         return self._link.long_read.next_piece()
 
-    def begin_framed(self, data: bytes) -> bytes:
-        """Do the same as `receive_framed`, but return only the first piece of a long Read's reply; see `next_piece`.
+    def begin(self, telegram: bytes) -> bytes:
+        """Handle one telegram, and return the framed reply; of a long Read's only the first piece, see `next_piece`.
 
         Only a `Write` may be longer than the buffer (but not 256 bytes long); of other telegrams, each piece is one of
         its own. A long Read that reaches the end of its file announces more bytes than it delivers.
         """
-        telegram, size = data[LENGTH_SIZE:], BLUETOOTH.buffer
-        replies = b""
+        size, replies = BLUETOOTH.buffer, b""
         while is_divided(len(telegram), telegram):
             replies += self._framed(telegram[:size])
             telegram = telegram[size:]
@@ -229,7 +228,7 @@ class BluetoothComm(Comm):
             self._prepare(reply)
             return b""
         self.outbox[: len(reply)] = reply
-        return len(reply).to_bytes(LENGTH_SIZE, "little") + reply
+        return frame(reply)
 
     def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
         """Reply as over USB, except that the length of the reply follows the send buffer."""
