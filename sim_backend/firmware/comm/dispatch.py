@@ -6,7 +6,6 @@ is completed with bytes of earlier ones; and the reply to an unknown system opco
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Any
 
 from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
@@ -67,17 +66,12 @@ class Comm:
         self._commands = {
             (int(kind), opcode): command
             for (kind, opcode), command in COMMANDS.items()
-            if command in handlers and command.since in version.commands_since
+            if command.since in version.commands_since
         }
         size = limits.buffer
         self._outbox_at = size + _POINTERS
         self.inbox, self.outbox = buffers[:size], buffers[self._outbox_at : self._outbox_at + size]
         self._buffers = buffers
-
-    @property
-    def handled(self) -> Collection[type[Command[Any]]]:
-        """The commands that have handlers."""
-        return self._handlers.keys()
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram; bytes beyond the buffer are cut off."""
