@@ -13,6 +13,7 @@ from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.mailboxes import LOG, Mailboxes
+from sim_backend.firmware.vm import instructions, task
 from sim_backend.firmware.vm.aggregates import compare
 from sim_backend.firmware.vm.data import ERR_MEM, NO_FIELDS, Data, Place
 from sim_backend.firmware.vm.memory import LENGTH_AT, Memory, OutOfMemory
@@ -107,6 +108,23 @@ def test_clusters_that_contain_each_other_are_measured_once():
     program = Program(header, table, b"", (Clump(0, 0, 1),), (), b"", table[-1])
     list(program.initial_values())
     assert CountedTable.reads < 4 * len(table)
+
+
+def test_code_that_clumps_share_is_scanned_once(monkeypatch):
+    clumps = [[instruction(FINISH, 0, 0)] * 20] * 10
+    content = assemble(Variables(), *clumps)
+    code_at = len(content) - sum(2 * len(line) for clump in clumps for line in clump)
+    records = [content[at : at + 4] for at in range(code_at - 40, code_at, 4)]
+    records[1::2], records[2::2] = [records[-1]] * 5, [records[0]] * 4  # every second clump is almost all of the code
+    content = content[: code_at - 40] + b"".join(records) + content[code_at:]
+    scans = []
+    monkeypatch.setattr(task, "scanned", lambda code, at: scans.append(at) or instructions.scanned(code, at))
+    brick = SimBrick()
+    store(brick, "a.rxe", content)
+    brick.receive(StartProgram("a.rxe").encode())
+    brick.tick(10)
+    assert scans
+    assert len(scans) == len(set(scans))
 
 
 def test_an_array_does_not_grow_beyond_the_pool():

@@ -89,8 +89,9 @@ class Machine:
             for i, clump in enumerate(program.clumps)
         ]
         self.queue, self._sleeping = self.queue_at(), self.queue_at()
+        scans, comparisons = dialect.records.compares is not None, dict[int, int]()
         for task in self.tasks:
-            task.compares = dialect.records.compares is not None and compares_aggregates(task, program.code, self.data)
+            task.compares = scans and compares_aggregates(task, program.code, self.data, comparisons)
             task.misses = dialect.misses_jumps and task.compares
             self.reset(task)
             if not program.clumps[task.number].fire_count:

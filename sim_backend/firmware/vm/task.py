@@ -54,25 +54,30 @@ def end_of(clump: Clump, program: Program, *, past_end: bool) -> int:
     return clump.end + 1 if clump.end >= clump.start else len(program.code)
 
 
-def compares_aggregates(task: Task, code: Sequence[int], data: Data) -> bool:
+def compares_aggregates(task: Task, code: Sequence[int], data: Data, known: dict[int, int]) -> bool:
     """Return whether a clump compares arrays or clusters, other than by comparing texts and storing a number.
 
     Args:
         task: The clump.
         code: The program's code, which is read by the sizes of instructions alone.
         data: The program's variables.
+        known: The next such comparison by word; words on the way are added, so that no word is read twice.
     """
-    at, end = task.pc, min(task.end, len(code))
-    while at < end:
-        opcode, arguments, following = scanned(code, at)
-        if following == at:  # an instruction without a size, at which the firmware hangs
-            return False
-        target, *compared = arguments[:3] or (0,)
-        if opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
-            return True
-        if opcode == _COMPARE and any(map(data.is_aggregate, compared)):
-            texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
-            if data.is_aggregate(target) or not texts:
-                return True
-        at = following
-    return False
+    at, passed = task.pc, list[int]()
+    while at not in known:
+        passed.append(at)
+        known[at] = at
+        if at < len(code):
+            opcode, arguments, following = scanned(code, at)
+            if not _compares_aggregates(opcode, arguments, data):
+                at = following if following != at else len(code)  # without a size the firmware hangs
+    known.update(dict.fromkeys(passed, known[at]))
+    return known[at] < min(task.end, len(code))
+
+
+def _compares_aggregates(opcode: int, arguments: Sequence[int], data: Data) -> bool:
+    target, *compared = arguments[:3] or (0,)
+    if opcode not in (_COMPARE, _BRANCH_IF) or not any(map(data.is_aggregate, compared)):
+        return False
+    texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
+    return opcode == _BRANCH_IF or data.is_aggregate(target) or not texts
