@@ -12,7 +12,7 @@ from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
-from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, braked, coasting, held, sample
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, Sample, braked, coasting, held, sample
 from nxtdrive.motion.position_move import PositionMove, SpeedProfile, Wheel
 from nxtdrive.motion.stall import STALL_S
 from nxtdrive.motion.velocity_move import VelocityMove
@@ -146,15 +146,7 @@ class Motor:
             DONE, or STALLED or TIMEOUT if the motor is blocked.
         """
         in_range("angle_deg", angle_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
-        if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
-            raise LocalProtocolError(f"speed_deg_s must be at least {SLOWEST_DEG_S:g} either way, not {speed_deg_s!r}.")
-        settings = self.settings
-        profile = SpeedProfile(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
-        wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
-        stall_s = settings.stall_s or STALL_S
-        move = PositionMove(self._link, [wheel], profile, lease_s=settings.lease_s, stall_s=stall_s)
-        self._velocity = None
-        return self._finish(move.steps(angle_deg), then, wait)
+        return self._finish(self._position_move(speed_deg_s).steps(angle_deg), then, wait)
 
     @overload
     def run_target(
@@ -169,10 +161,9 @@ class Motor:
     ) -> StopReason | Motion[StopReason]:
         """Turn until `angle` is `target_deg`; as `run_angle`, but the sign of the speed is ignored."""
         in_range("target_deg", target_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
-        angle_deg = target_deg - self.angle
-        if wait:
-            return self.run_angle(abs(speed_deg_s), angle_deg, then)
-        return self.run_angle(abs(speed_deg_s), angle_deg, then, wait=False)
+        move = self._position_move(abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)))
+        start = sample(self._link, self._output)  # the motor may be turning: the angle begins at this reading
+        return self._finish(move.steps(target_deg - self._angle_at(start), start), then, wait)
 
     def stop(self) -> None:
         """Switch off; the motor coasts."""
@@ -209,7 +200,7 @@ class Motor:
         The counter begins again when a program is started or ends, and when the brick is switched off; use
         `reset_angle` then.
         """
-        return self._sign * sample(self._link, self._output).angles_deg[0] - self._zero
+        return self._angle_at(sample(self._link, self._output))
 
     def reset_angle(self, angle_deg: float = 0.0) -> None:
         """Set `angle` to `angle_deg`, up to 1,000,000 either way.
@@ -238,6 +229,9 @@ class Motor:
             return False
         return abs(self.speed()) < STANDING_DEG_S
 
+    def _angle_at(self, reading: Sample) -> float:
+        return self._sign * reading.angles_deg[0] - self._zero
+
     def _limited(self, speed_deg_s: float) -> float:
         in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)
         limit = self.settings.speed_deg_s
@@ -253,6 +247,17 @@ class Motor:
         if before is not None and not self.done:
             velocity.speed_deg_s = before.speed_deg_s
         return velocity.steps(self._sign * speed_deg_s, regulated=regulated, until_s=until_s)
+
+    def _position_move(self, speed_deg_s: float) -> PositionMove:
+        """Make a motion to an angle; a negative speed turns it the other way."""
+        if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
+            raise LocalProtocolError(f"speed_deg_s must be at least {SLOWEST_DEG_S:g} either way, not {speed_deg_s!r}.")
+        settings = self.settings
+        profile = SpeedProfile(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
+        wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
+        stall_s = settings.stall_s or STALL_S
+        self._velocity = None
+        return PositionMove(self._link, [wheel], profile, lease_s=settings.lease_s, stall_s=stall_s)
 
     def _begin(self, steps: Steps[StopReason]) -> Motion[StopReason]:
         self._motion = self._link.motions.start([self._output], steps)

@@ -135,8 +135,12 @@ class PositionMove:
         self._stall_s = stall_s
         self._cycle_s = CYCLE_S
 
-    def steps(self, angle_deg: float) -> Steps[StopReason]:
+    def steps(self, angle_deg: float, start: Sample | None = None) -> Steps[StopReason]:
         """Turn the wheels by `angle_deg` and brake them, step by step.
+
+        Args:
+            angle_deg: Of the motion; each wheel turns by its ratio of it.
+            start: The reading of the wheels from which it counts; a new one by default.
 
         Returns:
             The reason of `guard`, or DONE, STALLED, CANCELLED, or TIMEOUT after too much time or too many corrections.
@@ -145,7 +149,7 @@ class PositionMove:
             LinkError: The brick cannot be reached; the motors were braked if possible, else the lease runs out.
         """
         try:
-            return (yield from self._run(angle_deg))
+            return (yield from self._run(angle_deg, start))
         except Cancelled:
             with contextlib.suppress(LinkError):
                 self.brake()
@@ -159,8 +163,8 @@ class PositionMove:
         """Stop all wheels now."""
         brake_all(self._leases)
 
-    def _run(self, angle_deg: float) -> Steps[StopReason]:
-        start = sample(self._link, *self._ports)
+    def _run(self, angle_deg: float, start: Sample | None) -> Steps[StopReason]:
+        start = start or sample(self._link, *self._ports)
         self._goals = [at + wheel.ratio * angle_deg for at, wheel in zip(start.angles_deg, self._wheels, strict=True)]
         remaining_deg = angle_deg
         for _ in range(1 + CORRECTIONS):

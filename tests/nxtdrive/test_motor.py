@@ -111,6 +111,18 @@ def test_targets_are_angles_since_the_reset_and_the_bricks_counter_continues(lab
         motor.reset_angle(math.nan)
 
 
+@pytest.mark.parametrize("latency_ms", [2, 45])
+@pytest.mark.parametrize("target_deg", [1500, -500])
+def test_a_target_is_reached_from_a_turning_motor(lab, latency_ms, target_deg):
+    room = lab(latency_ms=latency_ms)
+    motor = room.brick.motor("A")
+    motor.run(600)
+    room.brick.sleep(1)
+    assert motor.run_target(600, target_deg) is StopReason.DONE
+    room.brick.sleep(1)
+    assert motor.angle == pytest.approx(target_deg, abs=3)
+
+
 def test_a_reversed_motor_turns_the_other_way(lab):
     room = lab()
     motor = room.brick.motor("A", reversed=True)
