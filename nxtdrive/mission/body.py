@@ -207,5 +207,13 @@ def mission_ports(brick: Brick, mission: Mission, vision: Vision) -> Ports:
 
 def safety_sensors(robot: RobotTable) -> list[str]:
     """Return which sensors of the safety stop a robot has, as `MissionBody` takes them."""
-    has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
-    return [sensor for sensor, port in has.items() if port]
+    return [sensor for sensor, port in _safety_ports(robot).items() if port]
+
+
+def lacking_sensors(robot: RobotTable) -> list[str]:
+    """Return which sensors of the safety stop a robot does not have."""
+    return [sensor for sensor, port in _safety_ports(robot).items() if not port]
+
+
+def _safety_ports(robot: RobotTable) -> dict[str, int]:
+    return {"sonar": robot.ultrasonic, "bumper": robot.touch}

@@ -92,7 +92,7 @@ class Assistant:
             values |= {"turned_deg": round(result.turned_deg, 1)}
         elif motion.drives:
             values = {"ended": "cancelled", "distance_mm": 0, "turned_deg": 0.0}
-        return values | _rounded(asdict(motion.reading))
+        return values | _rounded(asdict(motion.reading)) | {"lacking": self.robot.lacking}
 
     def start_mission(self, name: str, profile: str, *, decide: bool, end_count: int) -> None:
         """Start a mission, and wait up to `NEXT_S` until `status` describes it and not the one before.

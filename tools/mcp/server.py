@@ -29,12 +29,15 @@ Number = Annotated[float, Strict()]
 """Booleans and texts are refused."""
 
 INSTRUCTIONS = """\
-A small robot with two driven wheels, a camera, a sonar that looks ahead and a bumper. Lengths are millimetres, angles
-degrees, positive to the right; the pose is x forward, y right, heading clockwise, from where the robot began. One call
-drives at most {max_mm:g} mm or turns at most {max_deg:g} degrees. Driving forward ends before an obstacle in the
-sonar's beam: read `ended`. Missions search for targets by name, drive there and recover by themselves; start one
-with `mission_run` and follow it with `mission_status`. `stop` works at any time. A person may stop the robot too; then
-nothing drives until a person releases it."""
+A small robot with {parts}. Lengths are millimetres, angles degrees,
+positive to the right; the pose is x forward, y right, heading clockwise, from where the robot began. One call
+drives at most {max_mm:g} mm or turns at most {max_deg:g} degrees. {safety}
+Missions search for targets by name, drive there and recover by themselves; start one with `mission_run` and follow it
+with `mission_status`. `stop` works at any time. A person may stop the robot too; then nothing drives until a person
+releases it."""
+SENSORS = {"sonar": "a sonar that looks ahead", "bumper": "a bumper"}
+SAFETY = {"sonar": "before an obstacle in the sonar's beam", "bumper": "when the bumper touches something"}
+"""What ends driving forward, by sensor."""
 
 READS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
 MOVES = ToolAnnotations(destructive_hint=False, open_world_hint=False)
@@ -80,7 +83,7 @@ class Tools:
         return await self._finish(self._assistant.turn(angle_deg))
 
     async def range(self) -> dict[str, Any]:
-        """Read the sonar (mm ahead, null without an echo), the bumper, and the pose."""
+        """Read sonar (mm ahead, null without an echo), bumper and pose; `lacking` names those it does not have."""
         return await self._finish(self._assistant.read())
 
     async def battery(self) -> dict[str, Any]:
@@ -130,11 +133,24 @@ class Tools:
             raise
 
 
+def instructions(assistant: Assistant) -> str:
+    """Return what the assistant has to know of the robot."""
+    lacking = assistant.robot.lacking
+    *parts, last = ["two driven wheels", "a camera", *(SENSORS[each] for each in SENSORS if each not in lacking)]
+    ends = " or ".join(SAFETY[each] for each in SAFETY if each not in lacking)
+    return INSTRUCTIONS.format(
+        parts=f"{', '.join(parts)} and {last}",
+        safety=f"Driving forward ends {ends}: read `ended`." if ends else "Nothing stops it before an obstacle.",
+        max_mm=assistant.max_mm,
+        max_deg=MAX_DEG,
+    )
+
+
 def make_server(assistant: Assistant) -> MCPServer[Any]:
     """Return a server with the tools of an assistant."""
     server = StrictServer(
         "nxtdrive",
-        instructions=INSTRUCTIONS.format(max_mm=assistant.max_mm, max_deg=MAX_DEG),
+        instructions=instructions(assistant),
         version=nxtdrive.__version__,
         log_level="WARNING",
     )

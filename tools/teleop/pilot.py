@@ -36,8 +36,8 @@ class PilotState:
         turn_deg_s: Wanted, positive right.
         percent: Percentage of the highest speeds.
         pose: By odometry.
-        range_mm: Distance ahead; None without an echo.
-        touching: Whether the bumper is pressed.
+        range_mm: Distance ahead; None without an echo or without a sonar.
+        touching: Whether the bumper is pressed; False without one.
         battery_mv: Battery voltage.
         latency_ms: Round trip of the link.
         target_text: Description of the target as the camera sees it; empty without a target.

@@ -21,6 +21,7 @@ from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
+from nxtdrive.mission.body import lacking_sensors
 from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.wording import spaced, state_words
 
@@ -228,7 +229,8 @@ class ShownMission:
             hub.publish("ended", {**run.summary(), "folder": folder})
 
     def _show_status(self, what: str) -> None:
-        self._hub.show("status", {"doing": what, **self._measured, **self._live()})
+        lacking = lacking_sensors(self._mission.robot)
+        self._hub.show("status", {"doing": what, "lacking": lacking, **self._measured, **self._live()})
 
     def _say(self, line: str) -> None:
         self._hub.publish("line", {"text": line})

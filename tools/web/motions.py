@@ -26,7 +26,7 @@ class RobotReading:
     Attributes:
         pose: By odometry, in the frame in which the robot is driven by hand.
         range_mm: Distance ahead; None without an echo or without a sonar.
-        touching: Whether the bumper is pressed.
+        touching: Whether the bumper is pressed; False without one.
         battery_mv: Battery voltage.
     """
 

@@ -14,7 +14,7 @@ from behaviors.profiles.registry import raised_by_profile
 from firmware_protocol.errors import BrickError, LinkError, NXTError, RemoteProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.assembly import OpenRobot, open_robot
-from nxtdrive.mission.body import build_rover
+from nxtdrive.mission.body import build_rover, lacking_sensors
 from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.motion.sensor_health import SENSOR_ERRORS
 from nxtdrive.transports.address import Address
@@ -182,6 +182,11 @@ class Robot:
         return self._slot.end_count
 
     @property
+    def lacking(self) -> list[str]:
+        """Which of ``sonar`` and ``bumper`` it does not have."""
+        return lacking_sensors(self._mission.robot)
+
+    @property
     def alive(self) -> bool:
         """Whether the robot's thread runs."""
         return self._thread.is_alive()
@@ -293,6 +298,7 @@ class Robot:
             "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
             "range_mm": view.range_mm,
             "touching": view.touching,
+            "lacking": self.lacking,
             "battery_mv": view.battery_mv,
             "latency_ms": round(view.latency_ms, 1),
             **self._hand_state(),

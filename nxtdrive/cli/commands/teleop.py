@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     """Drive until the user quits."""
     _check()
     from nxtdrive.brick import open_brick
-    from nxtdrive.mission.body import build_rover
+    from nxtdrive.mission.body import build_rover, lacking_sensors
     from nxtdrive.mission.camera import watch_frames
     from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.teleop.app import Teleop
@@ -103,8 +103,7 @@ def run(args: argparse.Namespace) -> int:
         floor_map = FloorMap(mission.robot.sonar_forward_mm, mission.camera)
         pilot = Pilot(brick, rover, controls, spotter, floor_map=floor_map)
         name = brick.link.transport.address
-        ports = {"sonar": mission.robot.ultrasonic, "bumper": mission.robot.touch}
-        lacking = [sensor for sensor, port in ports.items() if not port]
+        lacking = lacking_sensors(mission.robot)
         app = Teleop(pilot, controls, brick.now, name, gamepad, latest, why_none, lacking, stopped)
         stack.callback(app.finish)
         app.run()

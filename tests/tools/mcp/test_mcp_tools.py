@@ -34,9 +34,9 @@ Call = Callable[..., Awaitable[Any]]
 
 
 @contextmanager
-def _robot(folder: Path, address: str, camera: str | None = None) -> Iterator[Assistant]:
+def _robot(folder: Path, address: str, camera: str | None = None, mission: Path | None = None) -> Iterator[Assistant]:
     status_hub = MissionStatusHub()
-    robot = Robot(Address.parse(address), camera, read_mission_file(None), status_hub, folder / "runs")
+    robot = Robot(Address.parse(address), camera, read_mission_file(mission), status_hub, folder / "runs")
     robot.open()
     try:
         yield Assistant(robot, status_hub, Missions(folder), folder / "runs")
@@ -121,6 +121,20 @@ def test_it_looks_drives_and_reads_the_sensors(fast, mode):
         assert not battery["low"]
 
     _converse(fast, talk, mode)
+
+
+def test_an_assistant_learns_which_sensors_the_robot_does_not_have(tmp_path):
+    mission = tmp_path / "blind.toml"
+    mission.write_text(QUICK + "[robot]\nultrasonic = 0\ntouch = 0\n", encoding="utf-8")
+    with _robot(tmp_path, "sim://open?pace=fast", GEOMETRIC, mission) as assistant:
+        told = make_server(assistant).instructions
+
+        async def talk(call: Call) -> None:
+            assert (await call("range"))["lacking"] == ["sonar", "bumper"]
+
+        _converse(assistant, talk)
+    assert "a sonar" not in told
+    assert "Driving forward ends before" not in told
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,7 @@ STATE = {
     "pose": [0, 0, 0],
     "range_mm": None,
     "touching": False,
+    "lacking": [],
     "battery_mv": 8000,
     "latency_ms": 3,
     "speed_limit": 60,
@@ -308,6 +309,12 @@ def test_a_sonar_without_an_echo_does_not_promise_a_free_way(browser, tell):
     assert _text(browser, "range") == "no echo"
     tell({**STATE, "range_mm": 420})
     assert _text(browser, "range") == "0.42 m"
+
+
+def test_of_a_sensor_that_the_robot_does_not_have_nothing_is_claimed(browser, tell):
+    assert _text(browser, "bumper") == "free"
+    tell({**STATE, "lacking": ["sonar", "bumper"]})
+    assert {_text(browser, each) for each in ("range", "bumper")} == {"none"}
 
 
 def test_without_a_connection_no_measurement_is_shown(browser, tell):

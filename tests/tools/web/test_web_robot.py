@@ -93,6 +93,21 @@ def test_a_stick_held_while_a_task_drives_does_not_drive_at_its_end(turning):
     assert turning.controls.wanted(0.0) == (0.0, 0.0)
 
 
+def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
+    built_in = read_mission_file(None)
+    mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})
+    hub = Witness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), None, mission, hub, tmp_path)
+    robot.controls.steer(0.0, 0.0, math.inf)
+    robot.controls.steer(1.0, 0.0, math.inf)
+    robot.open()
+    try:
+        assert hub.driving.wait(LIMIT_S)
+        assert robot.state["lacking"] == ["bumper"]
+    finally:
+        robot.close()
+
+
 def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
     tries = threading.Semaphore(0)
 

@@ -55,9 +55,12 @@ find("speed").addEventListener("input", ({ target }) => connection.send({ type: 
 
 function showState(state) {
   if (connection.ended) return;
-  if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
+  const lacks = (sensor) => state.lacking?.includes(sensor);
+  if (lacks("sonar")) find("range").textContent = "none";
+  else if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
   if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
-  find("bumper").textContent = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
+  const touch = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
+  find("bumper").textContent = lacks("bumper") ? "none" : touch;
   find("link").textContent = "latency_ms" in state ? `${state.latency_ms.toFixed(0)} ms` : "–";
   if (!("speed_limit" in state)) return; // a page without the pad
   find("speed").value = state.speed_limit;
