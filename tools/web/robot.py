@@ -6,6 +6,7 @@ import queue
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,21 @@ BEEP = (880, 600)
 """Hertz and milliseconds."""
 
 
+@dataclass(frozen=True, slots=True)
+class _DrivenByHand:
+    """A robot that no mission drives.
+
+    Attributes:
+        mission: How it is built.
+        rover: Its vehicle.
+        room: The true room, in the frame of the rover's pose.
+    """
+
+    mission: Mission
+    rover: Rover
+    room: TrueRoom
+
+
 class Robot:
     """One robot with its camera, in a thread of its own.
 
@@ -70,7 +86,7 @@ class Robot:
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
         self._slot = TaskSlot(self.controls)
-        self._rover: tuple[Mission, Rover] | None = None
+        self._hand: _DrivenByHand | None = None
         self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
@@ -246,21 +262,20 @@ class Robot:
 
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a task is to drive, or the robot is built in another way."""
-        mission, rover = self._mission, self._hand_rover(brick)
-        pilot = Pilot(brick, rover, self.controls, rest=self._rest(brick))
-        room = TrueRoom(brick, self._hub)
-        while not self._closing.is_set() and self._mission is mission:
+        hand = self._by_hand(brick)
+        pilot = Pilot(brick, hand.rover, self.controls, rest=self._rest(brick))
+        while not self._closing.is_set() and self._mission is hand.mission:
             task = self._slot.current
             if task is not None and task.drives:
                 break
             try:
                 if isinstance(task, ShortMotion):
-                    task.perform(brick, rover)
+                    task.perform(brick, hand.rover)
                 if self._beep.is_set():
                     self._beep.clear()
                     brick.tone(*BEEP)
                 self._show(pilot.step())
-                room.show()
+                hand.room.show()
             except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
                 if not isinstance(error, SENSOR_ERRORS):
                     self.controls.set_neutral()  # as after a task
@@ -271,11 +286,12 @@ class Robot:
             with suppress(NXTError):  # a lost link; the leases stop the wheels
                 pilot.stop()
 
-    def _hand_rover(self, brick: Brick) -> Rover:
-        """Return the rover for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
-        if self._rover is None or self._rover[0] is not self._mission:
-            self._rover = (self._mission, build_rover(brick, self._mission.robot))
-        return self._rover[1]
+    def _by_hand(self, brick: Brick) -> _DrivenByHand:
+        """Return the robot for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
+        mission = self._mission
+        if self._hand is None or self._hand.mission is not mission:
+            self._hand = _DrivenByHand(mission, build_rover(brick, mission.robot), TrueRoom(brick, self._hub))
+        return self._hand
 
     def _rest(self, brick: Brick) -> Callable[[float], None]:
         """Return a function that waits for a time or for news."""
@@ -313,9 +329,9 @@ class Robot:
             task.end()  # requests before this moment did not find it
         if isinstance(task, ShortMotion):
             self._hub.show("state", {**self._state, "doing": "driving"})
-            task.perform(robot.brick, self._hand_rover(robot.brick))
+            task.perform(robot.brick, self._by_hand(robot.brick).rover)
             return
-        self._rover = None  # its odometry has the final wheel positions, not the path between
+        self._hand = None  # its odometry has the final wheel positions, not the path between
         if isinstance(task, ShownMission):
             self._pursue(task, robot)
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import queue
 import threading
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import LinkLost
+from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import read_pictures
@@ -91,6 +93,42 @@ def test_a_stick_held_while_a_task_drives_does_not_drive_at_its_end(turning):
         turning.start(task)
         assert task.wait(LIMIT_S)
     assert turning.controls.wanted(0.0) == (0.0, 0.0)
+
+
+class RoomWitness(Hub):
+    """A hub with a client, that knows where the robot believes to be when the true room is shown."""
+
+    watched = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.pose: list[float] | None = None
+        self.poses: queue.SimpleQueue[tuple[Any, list[float]]] = queue.SimpleQueue()
+
+    def show(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().show(kind, values)
+        if kind == "state":
+            self.pose = values["pose"]
+        elif kind == "true_room":
+            self.poses.put((self.pose, values["pose"]))
+
+
+def test_the_true_room_stays_in_the_frame_of_the_pose_after_a_short_motion(tmp_path):
+    hub = RoomWitness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path)
+    robot.open()
+    try:
+        motion = ShortMotion(lambda rover: rover.straight(300, wait=False))
+        robot.start(motion)
+        assert motion.wait(LIMIT_S)
+        while hub.poses.qsize():
+            hub.poses.get()
+        for _ in range(2):  # the first may be from before the pose
+            believed, true = hub.poses.get(timeout=LIMIT_S)
+        assert believed == pytest.approx([300, 0, 0], abs=10)
+        assert true == pytest.approx(believed, abs=30)
+    finally:
+        robot.close()
 
 
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
