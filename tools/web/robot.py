@@ -321,6 +321,11 @@ class Robot:
         }
         self._hub.show("state", self._state)
 
+    def _show_doing(self, what: str) -> None:
+        """Send the last state again, if there is one, with what the robot does now."""
+        if self._state:
+            self._hub.show("state", {**self._state, "doing": what})
+
     def _hand_state(self) -> dict[str, object]:
         return {"speed_limit": self.controls.percent, "stopped": self.controls.stopped}
 
@@ -328,14 +333,14 @@ class Robot:
         if self.controls.stopped or self._closing.is_set():
             task.end()  # requests before this moment did not find it
         if isinstance(task, ShortMotion):
-            self._hub.show("state", {**self._state, "doing": "driving"})
+            self._show_doing("driving")
             task.perform(robot.brick, self._by_hand(robot.brick).rover)
             return
         self._hand = None  # its odometry has the final wheel positions, not the path between
         if isinstance(task, ShownMission):
             self._pursue(task, robot)
         else:
-            self._hub.show("state", {**self._state, "doing": "calibrating"})
+            self._show_doing("calibrating")
             task.perform(robot)
 
     def _pursue(self, task: ShownMission, robot: OpenRobot) -> None:

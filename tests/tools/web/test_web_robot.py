@@ -131,6 +131,19 @@ def test_the_true_room_stays_in_the_frame_of_the_pose_after_a_short_motion(tmp_p
         robot.close()
 
 
+def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp_path):
+    hub = RoomWitness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path)
+    motion = ShortMotion(lambda rover: rover.straight(100, wait=False))
+    robot.start(motion)
+    robot.open()
+    try:
+        assert motion.wait(LIMIT_S)
+        assert robot.failure is None
+    finally:
+        robot.close()
+
+
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
     built_in = read_mission_file(None)
     mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})
