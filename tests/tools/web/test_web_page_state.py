@@ -69,18 +69,20 @@ QUESTION = {
     "known": [],
     "candidates": [{"text": "wait", "why": "it may come back"}],
 }
-INK_OF_NUMBERS = """
-const done = arguments[0], map = document.getElementById("map");
+INK = """
+const [[red, green, blue], done] = arguments, map = document.getElementById("map");
 requestAnimationFrame(() => requestAnimationFrame(() => {
   const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
   let count = 0;
   for (let i = 0; i < data.length; i += 4) {
-    if (data[i] === 0x8a && data[i + 1] === 0x10 && data[i + 2] === 0x15) count++;
+    if (data[i] === red && data[i + 1] === green && data[i + 2] === blue) count++;
   }
   done(count);
 }));
 """
-"""Counts the map's pixels in the colour of the numbers of decisions."""
+"""Counts the map's pixels of a colour."""
+NUMBERS, PATH = (0x8A, 0x10, 0x15), (0x0B, 0x5F, 0xB0)
+"""Colours of the map's marks."""
 Tell = Callable[..., None]
 
 
@@ -336,9 +338,20 @@ def test_the_number_of_a_decision_is_readable_where_the_robot_stands(browser, te
     shape = {"sonar_forward_mm": 100, "forward_mm": 0, "right_mm": 0, "yaw_deg": 0, "hfov_deg": 60}
     choice = {"t": 1, "kind": "choice", "state": "select", "target": "cat", "choice": "wait", "pose": [0, 0, 90]}
     tell({**RUN, "robot": shape}, {"type": "record", "record": choice})
-    here = browser.execute_async_script(INK_OF_NUMBERS)
+    here = browser.execute_async_script(INK, NUMBERS)
     tell({"type": "record", "record": {**choice, "kind": "step", "pose": [-500, 0, 90]}})
-    assert here > 0.7 * browser.execute_async_script(INK_OF_NUMBERS) > 0
+    assert here > 0.7 * browser.execute_async_script(INK, NUMBERS) > 0
+
+
+@pytest.mark.parametrize(("before", "after"), [({}, {"running": True}), ({"saved": False}, {"saved": True})])
+def test_the_map_begins_again_with_the_pose_when_the_robot_is_calibrated_or_built_otherwise(
+    browser, tell, before, after
+):
+    calibration = {"type": "calibration", "running": False, "saved": True}
+    tell({**calibration, **before}, {**STATE, "pose": [1000, 0, 0]}, {**calibration, **before})
+    assert browser.execute_async_script(INK, PATH) > 0
+    tell({**calibration, **after}, STATE)
+    assert browser.execute_async_script(INK, PATH) == 0
 
 
 def test_a_swipe_over_the_map_moves_the_page(browser, tell):

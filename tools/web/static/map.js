@@ -18,6 +18,11 @@ export class FloorMap {
     connection.on("hello", () => this.clear());
     connection.on("run", ({ robot }) => { this.robot = robot; this.clear(); });
     connection.on("ended", () => { this.origin = this.pose; });
+    let saved = true;
+    connection.on("calibration", (now) => { // after both, the pose begins again
+      if (now.running || (now.saved && !saved)) this.clear();
+      saved = now.saved;
+    });
     connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm));
     connection.on("record", ({ record }) => this.record(record));
     connection.on(`image ${GRID}`, ({ bitmap }) => { this.free = tinted(bitmap, freeColour); this.obstacles = tinted(bitmap, obstacleColour); bitmap.close(); this.draw(); });
