@@ -11,6 +11,7 @@ from firmware_protocol.errors import NXTError
 from nxtdrive.brick import LOW_BATTERY_MV, Brick
 from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, MotorPort, SensorPort
 from nxtdrive.sensors import identify
+from nxtdrive.sensors.kinds import in_words, make_sensor
 
 from .finding import Finding, ok, problem, warning
 
@@ -31,6 +32,9 @@ LITTLE_FLASH = 8_000
 WIGGLE_POWER, WIGGLE_S, SETTLE_S = 50, 0.35, 0.25
 TURNED_DEG = 20
 """A motor that is plugged in and free turns several times as far; a few degrees are play."""
+
+DIGITAL = {"ultrasonic": "ultrasonic sensor", "compass": "compass"}
+"""Digital sensors that a mission may need, in words."""
 
 
 def examine(brick: Brick) -> Iterator[Finding]:
@@ -93,11 +97,9 @@ def wiggle(brick: Brick, mission: Mission) -> Iterator[Finding]:
     robot = mission.robot
     for motor in MOTOR_PORTS:
         yield _motor(brick, motor, needed=motor in (robot.left, robot.right))
+    needed = {robot.ultrasonic: "ultrasonic", robot.compass: "compass"}
     for port in SENSOR_PORTS:
-        if port == robot.touch:
-            yield _touch(brick, port)
-        else:
-            yield _digital(brick, port, needed=port == robot.ultrasonic)
+        yield _touch(brick, port) if port == robot.touch else _digital(brick, port, needed.get(port, ""))
 
 
 def _motor(brick: Brick, port: MotorPort, *, needed: bool) -> Finding:
@@ -125,20 +127,20 @@ def _touch(brick: Brick, port: SensorPort) -> Finding:
     return ok(topic, "the bumper is free, or nothing is plugged in: press it during `nxtdrive sensor watch`")
 
 
-def _digital(brick: Brick, port: SensorPort, *, needed: bool) -> Finding:
+def _digital(brick: Brick, port: SensorPort, needed: str) -> Finding:
+    """Check a port with a digital sensor of the kind `needed`, or if that is empty with any sensor or none."""
     topic = f"sensor {port}"
     try:
         identity = identify(brick.link, port)
     except NXTError as error:
         return problem(topic, error.args[0], error.remedy or "Plug the sensor in again.")
     kind = identity.kind if identity else ""
-    if needed and kind != "ultrasonic":
-        return problem(topic, "no ultrasonic sensor answers.", "Is its cable in, on both sides?")
+    if needed and kind != needed:
+        return problem(topic, f"no {DIGITAL[needed]} answers.", "Is its cable in, on both sides?")
     if identity is None:
         raw = brick.request(GetInputValues(InputPort(port - 1))).raw
         return ok(topic, f"nothing digital (raw value {raw})")
     if needed:
-        distance = brick.ultrasonic(port).distance_mm
-        seen = "no echo" if distance is None else f"{distance:.0f} mm"
-        return ok(topic, f"{identity.vendor} {identity.product} measures {seen}")
+        sensor = make_sensor(needed, brick.link, port)
+        return ok(topic, f"{identity.vendor} {identity.product} measures {in_words(sensor.value, sensor.unit)}")
     return ok(topic, f"{identity.vendor} {identity.product} {identity.version}".strip())

@@ -16,6 +16,7 @@ from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.doctor import brick as patient
 from nxtdrive.tools.doctor import computer, finding, udev
 from nxtdrive.transports.sim import SimTransport, shared
+from sim_backend.devices.digital import Compass
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import Simulation
 
@@ -260,6 +261,18 @@ def test_what_the_mission_needs_and_is_not_there_is_a_problem(lab):
     assert findings["sensor 4"].verdict == "problem"
     assert findings["motor B"].verdict == "ok"
     assert findings["motor A"].verdict == "ok"
+
+
+@pytest.mark.parametrize(("heading_deg", "verdict"), [(None, "problem"), (123, "ok")])
+def test_a_compass_that_the_mission_needs_is_examined(lab, heading_deg, verdict):
+    room, built_in = lab(), read_mission_file(None)
+    if heading_deg is not None:
+        room.attach(2, Compass(lambda: heading_deg))
+    mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"compass": 2})})
+    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, mission)}
+    assert findings["sensor 2"].verdict == verdict
+    assert ("123°" in findings["sensor 2"].text) is (heading_deg is not None)
+    assert findings["sensor 4"].verdict == "ok"
 
 
 def test_a_motor_that_is_not_there(lab):
