@@ -176,9 +176,10 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
 
     path = _robot_file(args, mission)
     brick = brick_address(Address.parse(args.nxt))
-    options = "" if brick.scheme == "sim" else f" --nxt {brick} --camera {args.camera or 0}"
+    words = [] if brick.scheme == "sim" else ["--nxt", str(brick), "--camera", args.camera or "0"]
     if path and path != Path(ROBOT_FILE):
-        options += f" --robot {shlex.quote(str(path))}"
+        words += ["--robot", str(path)]
+    options = "".join(f" {shlex.quote(word)}" for word in words)
     if path is None and os.path.lexists(ROBOT_FILE):
         said = f"{ROBOT_FILE} is in this folder, but missions do not use it."
         return warning("calibration", said, f"Add --robot {ROBOT_FILE} to commands, or set NXT_ROBOT={ROBOT_FILE}.")

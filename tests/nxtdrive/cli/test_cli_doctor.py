@@ -37,7 +37,12 @@ def _examine(capsys, *words):
 
 
 @pytest.mark.parametrize(
-    ("words", "options"), [(("sim://",), ""), (("usb://", "--camera", "2"), " --nxt usb:// --camera 2")]
+    ("words", "options"),
+    [
+        (("sim://",), ""),
+        (("usb://", "--camera", "2"), " --nxt usb:// --camera 2"),
+        (("usb://", "--camera", "my film.mp4"), " --nxt usb:// --camera 'my film.mp4'"),
+    ],
 )
 def test_the_advice_calibrates_the_robot_that_was_examined(capsys, words, options):
     _, _, findings = _examine(capsys, "--nxt", *words)
