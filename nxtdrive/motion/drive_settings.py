@@ -60,11 +60,12 @@ def checked_settings(
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, fastest_deg_s)
     in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
-    _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
-    _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
+    _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2)
+    _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2)
     return settings
 
 
-def _check_setting(name: str, value: float, limit: float) -> None:
+def _check_setting(name: str, value: float, limit: float = math.inf) -> None:
     if in_range(name, value, -math.inf, math.inf) <= 0 or value > limit:
-        raise LocalProtocolError(f"{name} must be above 0 and at most {limit:.0f} with these wheels, not {value!r}.")
+        most = f" and at most {math.floor(limit)} with these wheels" if math.isfinite(limit) else ""
+        raise LocalProtocolError(f"{name} must be above 0{most}, not {value!r}.")

@@ -1,6 +1,7 @@
 """The rover in a simulated room: how accurately it drives, and what stops it."""
 
 import math
+import re
 
 import pytest
 
@@ -564,3 +565,13 @@ def test_a_rover_with_small_wheels_drives_as_fast_as_they_allow(lab):
     assert rover.straight(300).stop is StopReason.DONE
     with pytest.raises(LocalProtocolError, match="speed_mm_s must be above 0 and at most 181 with these wheels"):
         room.brick.rover(wheel_diameter_mm=28.0, settings=DriveSettings(speed_mm_s=200.0))
+
+
+def test_the_largest_speed_that_the_error_names_is_accepted(lab):
+    brick = lab().brick
+    with pytest.raises(LocalProtocolError) as refused:
+        brick.rover(settings=DriveSettings(speed_mm_s=363.0))
+    named = re.search(r"at most (\d+)", str(refused.value))
+    assert brick.rover(settings=DriveSettings(speed_mm_s=float(named[1]))).settings.speed_mm_s == 362.0
+    with pytest.raises(LocalProtocolError, match="acceleration_mm_s2 must be above 0, not 0"):
+        brick.rover(settings=DriveSettings(acceleration_mm_s2=0))
