@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firmware_protocol.errors import BrickError
 from nxtdrive.sensors.i2c import I2CSensor
 from nxtdrive.sensors.port import SensorTimeout
 from nxtdrive.sensors.reading import QuantitySensor
@@ -55,3 +56,10 @@ class Temperature(I2CSensor, QuantitySensor[float]):
         return int.from_bytes(self.read(self._TEMPERATURE, 2), "big", signed=True) / 256
 
     value = celsius
+
+    def _transact(self, data: bytes, size: int) -> bytes:
+        try:
+            return super()._transact(data, size)
+        except (BrickError, SensorTimeout):
+            self._ready = False  # a sensor that was unplugged has lost its resolution
+            raise

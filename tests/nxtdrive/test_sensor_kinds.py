@@ -6,7 +6,7 @@ import pytest
 
 from firmware_protocol.direct import LSRead, SetInputMode
 from firmware_protocol.enums import InputPort, SensorMode, SensorType
-from firmware_protocol.errors import ConfigError, LinkTimeout, LocalProtocolError
+from firmware_protocol.errors import BrickError, ConfigError, LinkTimeout, LocalProtocolError
 from nxtdrive.sensors import Color, Identity, RcxTemperature, Reading, identify
 from nxtdrive.sensors.i2c import bus_time_s
 from nxtdrive.sensors.kinds import KINDS, in_words, make_sensor
@@ -75,6 +75,17 @@ def test_both_thermometers_say_the_temperature(lab, latency_ms, celsius):
     room.attach(2, RcxTemperatureSensor(lambda: celsius))
     assert room.brick.temperature(1).celsius == pytest.approx(celsius, abs=0.07)
     assert RcxTemperature(room.brick.link, 2).celsius == pytest.approx(celsius, abs=0.8)
+
+
+def test_a_thermometer_that_is_plugged_in_later_measures_as_finely(lab):
+    room = lab()
+    sensor = room.brick.temperature(1)
+    for celsius in (21.4, -12.6):
+        room.attach(1, None)
+        with pytest.raises(BrickError):
+            _ = sensor.celsius
+        room.attach(1, TemperatureSensor(lambda celsius=celsius: celsius))
+        assert sensor.celsius == pytest.approx(celsius, abs=0.07)
 
 
 @pytest.mark.parametrize("heading_deg", [0, 1, 179, 180, 359])
