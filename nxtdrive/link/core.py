@@ -110,7 +110,7 @@ class LinkCore:
         """Choose whether a lost link is reopened automatically; this also applies to one that is lost already."""
         with self._lock:
             self.reconnecting = wished
-            if self.state is not LinkState.OPEN:
+            if self.state in (LinkState.LOST, LinkState.REOPENING):
                 self.attempt_due = min(self.attempt_due, now + FIRST_PAUSE_S) if wished else math.inf
 
     def lose(self, lost: LinkLost, now: float) -> None:
@@ -149,8 +149,9 @@ class LinkCore:
         """Record that the link could not be reopened; the pause before the next attempt doubles."""
         log.debug("the link is not back yet: %s", error)
         with self._lock:
-            if self.state is LinkState.REOPENING:
-                self.state = LinkState.LOST
+            if self.state is not LinkState.REOPENING:
+                return
+            self.state = LinkState.LOST
             self.last_failure = str(error)
             if self.reconnecting:
                 self._pause_s = min(2 * self._pause_s, LONGEST_PAUSE_S)

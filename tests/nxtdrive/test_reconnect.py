@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import math
 from itertools import pairwise
 
 import pytest
@@ -98,7 +99,9 @@ def test_a_closed_link_stays_closed():
     core.close()
     core.attempt_failed(BrickNotFound("not yet."), 1.0)
     core.reopened("usb://")
+    core.set_reconnecting(True, 2.0)
     assert core.state is LinkState.CLOSED
+    assert math.isinf(core.attempt_due)
 
 
 # --- over the simulated brick ---
