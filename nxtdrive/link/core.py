@@ -106,12 +106,12 @@ class LinkCore:
             return min(self.attempt_due, self.steps_due)
         return self.steps_due
 
-    def set_reconnecting(self, wished: bool, now: float) -> None:
+    def set_reconnecting(self, enabled: bool, now: float) -> None:
         """Choose whether a lost link is reopened automatically; this also applies to one that is lost already."""
         with self._lock:
-            self.reconnecting = wished
+            self.reconnecting = enabled
             if self.state in (LinkState.LOST, LinkState.REOPENING):
-                self.attempt_due = min(self.attempt_due, now + FIRST_PAUSE_S) if wished else math.inf
+                self.attempt_due = min(self.attempt_due, now + FIRST_PAUSE_S) if enabled else math.inf
 
     def lose(self, lost: LinkLost, now: float) -> None:
         """Record that the link is lost; has no effect unless the link was open."""

@@ -264,9 +264,9 @@ class Link:
         return self._core.reconnecting
 
     @reconnecting.setter
-    def reconnecting(self, wished: bool) -> None:
-        self._core.set_reconnecting(wished, self.now())
-        if wished:
+    def reconnecting(self, enabled: bool) -> None:
+        self._core.set_reconnecting(enabled, self.now())
+        if enabled:
             self.repeat(PROBE, KeepAlive(), PROBE_S)
         else:
             self.cancel_timer(PROBE)

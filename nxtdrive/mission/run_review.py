@@ -37,7 +37,7 @@ GIVEN_UP = ("given_up", "time_up")
 WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPS_BEFORE_WARNING = 2
-"""A target in front of which the robot was stopped this often may be nearer than its size says."""
+"""A target in front of which the robot was stopped this many times may be nearer than its size says."""
 
 NEAR_MM = 1000.0
 """An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""

@@ -17,7 +17,7 @@ inertia holds it back for TAU, 60 ms (section 0.2)."""
 SEEN_DEG_S = 20.0
 """Speed from which a wheel counts as moving."""
 BRAKING_S = 0.015
-"""A braked motor turns on by its speed times this time. Source: docs/firmware.md section 0.2, TAUBRAKE."""
+"""A braked motor still turns by its speed times this time. Source: docs/firmware.md section 0.2, TAUBRAKE."""
 WINDOW_S = 0.08
 """Window for measuring the speed; a single count within a single cycle would be too coarse."""
 

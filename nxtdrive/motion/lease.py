@@ -112,7 +112,7 @@ def brake_all(leases: Sequence[Lease]) -> None:
 
 @contextmanager
 def stopping_on_error(stop: Callable[[], None]) -> Iterator[None]:
-    """Call `stop` when the block raises: the motors would turn on until their leases end."""
+    """Call `stop` when the block raises: the motors would keep turning until their leases end."""
     try:
         yield
     except BaseException:

@@ -18,7 +18,7 @@ FRESH_S = 0.3
 MAX_ECHO_AGE_S = 1.0
 """An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
 POLLS = 2
-"""A measurement is polled this often before it is dropped: the first request may come while the bus is busy."""
+"""Largest number of polls of a measurement before it is dropped: the first may come while the bus is busy."""
 ROUND_TRIPS = 8
 """Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
 FARTHEST_MM = 2550.0

@@ -95,7 +95,7 @@ Guard = Callable[[bool], StopReason | None]
 
 
 def unguarded(_near: bool) -> StopReason | None:
-    """Let every motion pass: no guard."""
+    """Never end a motion: no guard."""
     return None
 
 

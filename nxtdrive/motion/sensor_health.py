@@ -15,7 +15,7 @@ T = TypeVar("T")
 SENSOR_ERRORS = (BrickError, SensorTimeout)
 """Errors of a sensor at a brick that answers."""
 FAILURES = 3
-"""A sensor that fails this often in a row is left out."""
+"""A sensor that fails this many times in a row is left out."""
 RETRY_S = 10.0
 """Time between two retries of a sensor that is left out; over Bluetooth each takes up to 0.5 s."""
 
@@ -67,7 +67,7 @@ class SensorHealth:
 
     @property
     def failing(self) -> bool:
-        """Whether the sensor has failed as often in a row as `FAILURES`."""
+        """Whether the sensor has failed `FAILURES` times in a row."""
         return self._failures >= FAILURES
 
     def failed(self, error: NXTError) -> None:

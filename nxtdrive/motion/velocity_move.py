@@ -48,7 +48,7 @@ class VelocityMove:
         Args:
             speed_deg_s: Forward is positive.
             regulated: Whether the firmware regulates the speed; else it sets the duty cycle.
-            until_s: On the link's clock; afterwards the motor turns on until its lease ends.
+            until_s: On the link's clock; afterwards the motor keeps turning until its lease ends.
 
         Returns:
             DONE, or braked: STALLED, CANCELLED.

@@ -30,9 +30,9 @@ class Usage(NamedTuple):
     busy_s: float
     """Processor time of the whole process, seconds."""
     waits: int
-    """How often this thread has waited."""
+    """Number of times this thread has waited."""
     preempted: int
-    """How often another thread or process has taken this thread's processor."""
+    """Number of times another thread or process has taken this thread's processor."""
 
 
 def _usage() -> Usage:

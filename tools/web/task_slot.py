@@ -21,7 +21,7 @@ class TaskSlot:
         controls: They say whether the robot is stopped.
 
     Attributes:
-        end_count: How often `end` was called. Reading a mission's file takes time, during which the mission can be
+        end_count: Number of calls of `end`. Reading a mission's file takes time, during which the mission can be
             ended already: note this number when a mission is asked for and give it to `start`, which refuses then.
     """
 
