@@ -7,9 +7,10 @@ import math
 from pathlib import Path
 
 from input_files.plain import whole_number
-from nxtdrive.cli.commands.sim_check import FIRMWARES, add_check_arguments, check
+from nxtdrive.cli.commands.sim_check import add_check_arguments, check
 from nxtdrive.cli.commands.sim_record import add_record_arguments, record
 from nxtdrive.cli.options import add_action, add_json_argument, number, tcp_port
+from sim_backend.firmware.versions import FIRMWARES
 
 DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.

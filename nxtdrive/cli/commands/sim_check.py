@@ -13,13 +13,11 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_json_argument
 from nxtdrive.cli.output import write_json, write_line, write_text
+from sim_backend.firmware.versions import FIRMWARES
 
 if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
     from nxtdrive.tools.conformance.summary import Category, DifferenceCause
-
-FIRMWARES = ("1.29", "1.05", "1.32")
-"""Firmware versions the simulated brick can behave as."""
 
 LISTED = 50
 """With more scenarios than this, only those that differ are listed."""

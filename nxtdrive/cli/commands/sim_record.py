@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import AddressError, ConfigError
-from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, output_file, writing
 from nxtdrive.cli.output import write_line
 from nxtdrive.signals import held
+from sim_backend.firmware.versions import FIRMWARES
 
 if TYPE_CHECKING:
     from nxtdrive.tools.conformance.recorder import BenchPeer
