@@ -68,7 +68,7 @@ def _expected(candidate: OperatorChoice) -> tuple[str, str, str]:
     weighed = candidate.weighed
     if weighed is None:
         return "-", "-", "-"
-    return f"{_seconds(weighed.seconds)}", f"{weighed.chance:.0%}", _seconds(weighed.expected_s)
+    return _seconds(weighed.seconds), f"{weighed.chance:.0%}", _seconds(weighed.expected_s)
 
 
 def _seconds(value: float) -> str:

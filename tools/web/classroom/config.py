@@ -48,7 +48,7 @@ def _address(text: object) -> Address:
     return address
 
 
-Brick = Annotated[Address, BeforeValidator(_address)]
+BrickAddress = Annotated[Address, BeforeValidator(_address)]
 
 
 class RobotTable(_Table):
@@ -65,7 +65,7 @@ class RobotTable(_Table):
 
     name: Annotated[str, Field(pattern=NAME)]
     colour: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = None
-    nxt: Brick | None = None
+    nxt: BrickAddress | None = None
     camera: str | None = None
     mission: str | None = None
     fall_back: bool = False
@@ -210,12 +210,11 @@ def _sentence(problem: Problem) -> str:
 
 
 def _config(file: ClassroomFile, world: str, missions: Path, runs: Path) -> ClassroomConfig:
-    listed = [(table.name, table) for table in file.robot]
-    more = ((name, RobotTable(name=name)) for name in _free_names(name for name, _ in listed))
-    tables = [*listed, *islice(more, file.classroom.simulated)]
+    names = islice(_free_names(table.name for table in file.robot), file.classroom.simulated)
+    tables = [*file.robot, *(RobotTable(name=name) for name in names)]
     robots = tuple(
         _entry(table, COLOURS[seed % len(COLOURS)], Address("sim", world, {"seed": str(seed), "pace": "realtime"}))
-        for seed, (_, table) in enumerate(tables)
+        for seed, table in enumerate(tables)
     )
     return ClassroomConfig(file.classroom.name, robots, runs, missions)
 
