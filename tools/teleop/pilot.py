@@ -30,7 +30,6 @@ class PilotState:
     """The contents of the user interface after a step.
 
     Attributes:
-        time_s: On the link's clock.
         state: What the robot is doing, or why it does not move.
         speed_mm_s: Wanted.
         turn_deg_s: Wanted, positive right.
@@ -43,7 +42,6 @@ class PilotState:
         target_text: Description of the target as the camera sees it; empty without a target.
     """
 
-    time_s: float
     state: str
     speed_mm_s: float
     turn_deg_s: float
@@ -106,7 +104,6 @@ class Pilot:
         self._sense(begun, pose)
         target_text = self._look(begun, pose)
         view = PilotState(
-            time_s=begun,
             state=state,
             speed_mm_s=speed,
             turn_deg_s=turn,
