@@ -44,7 +44,7 @@ def connect(address: Address, timeout_s: float) -> socket.socket:
 
 def _split(address: Address) -> tuple[str, int]:
     host, separator, port = address.target.rpartition(":")
-    if not separator:
+    if not separator or port.endswith("]"):  # which ends an address of IPv6
         host, port = address.target, str(DEFAULT_PORT)
     number = whole_number(port)
     if number is None or not 0 < number < 65536:

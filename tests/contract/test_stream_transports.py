@@ -187,6 +187,22 @@ def test_a_missing_server_means_no_brick():
         open_transport("tcp://127.0.0.1:1", timeout_s=0.5)
 
 
+@pytest.mark.parametrize(
+    ("address", "place"),
+    [
+        ("tcp://", ("localhost", 2727)),
+        ("tcp://host", ("host", 2727)),
+        ("tcp://[::1]", ("::1", 2727)),
+        ("tcp://[::1]:2728", ("::1", 2728)),
+    ],
+)
+def test_a_port_may_be_left_out(mocker, address, place):
+    connect = mocker.patch("socket.create_connection", side_effect=OSError("refused"))
+    with pytest.raises(BrickNotFound):
+        open_transport(address)
+    assert connect.call_args.args == (place,)
+
+
 @pytest.mark.parametrize("address", ["tcp://host:0", "tcp://host:70000", "tcp://host:x", "tcp://host:²"])
 def test_a_port_number_must_be_one(address):
     with pytest.raises(AddressError, match="port"):
