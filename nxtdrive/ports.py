@@ -68,4 +68,4 @@ def of_type(name: str, value: T, kind: type[T]) -> T:
 
 
 def _article(noun: str) -> str:
-    return f"an {noun}" if noun[0] in "AEIOU" else f"a {noun}"
+    return f"an {noun}" if noun[0].lower() in "aeiou" else f"a {noun}"

@@ -16,7 +16,7 @@ from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, Sample, bra
 from nxtdrive.motion.position_move import PositionMove, SpeedProfile, Wheel
 from nxtdrive.motion.stall import STALL_S
 from nxtdrive.motion.velocity_move import VelocityMove
-from nxtdrive.ports import MotorPort, in_range, output_port
+from nxtdrive.ports import MotorPort, in_range, of_type, output_port
 
 ACCELERATION_DEG_S2 = 2000.0
 """Default of motions to an angle; a free motor reaches full speed within half a second."""
@@ -90,7 +90,7 @@ class Motor:
         self, link: Link, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
     ) -> None:
         self.port = port
-        self.settings = settings
+        self.settings = of_type("settings", settings, MotorSettings)
         self._link = link
         self._output = output_port(port)
         self._sign = -1 if reversed else 1
@@ -264,7 +264,7 @@ class Motor:
         return self._motion
 
     def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
-        if then not in _RESTS:
+        if then not in tuple(Then):
             raise LocalProtocolError(f"then must be {', '.join(Then)}, not {then!r}.")
         motion = self._begin(self._resting(steps, then))
         return motion.join() if wait else motion

@@ -10,7 +10,7 @@ from behaviors.ports import Pose
 from nxtdrive.motion.lease import LEASE_S
 from nxtdrive.motion.outputs import Sample
 from nxtdrive.motion.wheel_geometry import WheelGeometry
-from nxtdrive.ports import in_range
+from nxtdrive.ports import in_range, of_type
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """A jump beyond these, faster than any motor, means that the counter was reset."""
@@ -92,9 +92,9 @@ class Odometry:
         """Set the pose.
 
         Raises:
-            LocalProtocolError: One of its values is not a number up to `POSE_RANGE` either way.
+            LocalProtocolError: It is not a pose, or a value is not a number up to `POSE_RANGE` either way.
         """
-        for name, value in asdict(pose).items():
+        for name, value in asdict(of_type("pose", pose, Pose)).items():
             in_range(name, value, -POSE_RANGE, POSE_RANGE)
         with self._lock:
             self.pose = pose

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import combinations
 from typing import Literal, TypedDict, TypeVar, overload
@@ -114,7 +114,7 @@ class Rover:
         self._wheels = WheelGeometry.of(
             wheel_diameter_mm,
             axle_track_mm,
-            reversed=reversed if isinstance(reversed, tuple) else (reversed, reversed),
+            reversed=reversed,
             mismatch_percent=wheel_mismatch_percent,
             turn_slip_percent=turn_slip_percent,
         )
@@ -380,9 +380,11 @@ class Rover:
                 self._sensor_lock.release()
 
 
-def _sensor(link: Link, kind: Callable[[Link, SensorPort], S], at: SensorPort | S | None) -> S | None:
+def _sensor(link: Link, kind: type[S], at: SensorPort | S | None) -> S | None:
     """Return the sensor at a port; a sensor is returned as it is."""
-    return at if at is None or isinstance(at, Sensor) else kind(link, at)
+    if isinstance(at, Sensor):
+        return of_type(kind.__name__.lower(), at, kind)
+    return None if at is None else kind(link, at)
 
 
 def _check_ports(wheels: tuple[OutputPort, OutputPort], sensors: Mapping[str, Sensor | None]) -> None:

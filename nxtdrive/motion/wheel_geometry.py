@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.ports import in_range
 
 Pair = tuple[float, float]
@@ -22,14 +23,23 @@ def mm_per_degree(wheel_diameter_mm: float, mismatch_percent: float) -> Pair:
     return mean * (1 - share), mean * (1 + share)
 
 
-def motor_signs(reversed: tuple[bool, bool]) -> tuple[int, int]:
+def motor_signs(reversed: bool | tuple[bool, bool]) -> tuple[int, int]:
     """Return 1 for each motor that positive power turns forward, -1 for one that it turns backwards.
 
     Args:
-        reversed: Whether positive power drives each wheel backwards.
+        reversed: Whether positive power drives the wheels backwards, both or each.
+
+    Raises:
+        LocalProtocolError: `reversed` says something else.
     """
-    left, right = (-1 if each else 1 for each in reversed)
-    return left, right
+    match reversed:
+        case bool():
+            left = right = reversed
+        case [bool(left), bool(right)]:
+            pass
+        case _:
+            raise LocalProtocolError(f"reversed must be True, False or one of these for each wheel, not {reversed!r}.")
+    return -1 if left else 1, -1 if right else 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +62,7 @@ class WheelGeometry:
         wheel_diameter_mm: float,
         axle_track_mm: float,
         *,
-        reversed: tuple[bool, bool],
+        reversed: bool | tuple[bool, bool],
         mismatch_percent: float = 0.0,
         turn_slip_percent: float = 0.0,
     ) -> WheelGeometry:
@@ -61,12 +71,12 @@ class WheelGeometry:
         Args:
             wheel_diameter_mm: Mean of both wheels.
             axle_track_mm: Distance between the points where they touch the floor.
-            reversed: Whether positive power drives each wheel backwards.
+            reversed: Whether positive power drives the wheels backwards, both or each.
             mismatch_percent: How much larger the right wheel is than the left one, -20..20.
             turn_slip_percent: Share of each turn that is lost, -20..50.
 
         Raises:
-            LocalProtocolError: One of the percentages is out of range.
+            LocalProtocolError: One of the percentages is out of range, or `reversed` is neither of these.
         """
         in_range("wheel_mismatch_percent", mismatch_percent, -20, 20)
         in_range("turn_slip_percent", turn_slip_percent, -20, 50)

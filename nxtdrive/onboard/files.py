@@ -30,6 +30,7 @@ from firmware_protocol.system import (
 )
 from nxtdrive.link.link import Link
 from nxtdrive.link.transfer import in_step, pieces
+from nxtdrive.ports import of_type
 
 NAME_LIMIT = 19
 """Characters of a name, the dot included. Source: docs/firmware.md section 5, "File system"."""
@@ -83,6 +84,7 @@ class Files:
 
     def ls(self, pattern: str = "*") -> list[FileEntry]:
         """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
+        of_type("pattern", pattern, str)
         with self.exclusive():
             listing = in_step(self._link, lambda: self._listing(EVERYTHING))
         found = [FileEntry(each.name, each.size) for each in listing]
@@ -323,8 +325,8 @@ def _checked(name: str) -> str:
     Raises:
         LocalProtocolError: It is not.
     """
-    printable = name.isascii() and name.isprintable()
-    if not 0 < len(name) <= NAME_LIMIT or not printable or set(name) & set("*?/\\"):
+    printable = isinstance(name, str) and name.isascii() and name.isprintable()
+    if not printable or not 0 < len(name) <= NAME_LIMIT or set(name) & set("*?/\\"):
         raise LocalProtocolError(
             f"{name!r} is not a valid name for a file on the brick.",
             remedy=f"Names have 1 to {NAME_LIMIT} ASCII characters, the dot included, but none of * ? / \\.",

@@ -14,7 +14,7 @@ from firmware_protocol.iomap import COMMAND, UI, ProgramStatus, UiFlag
 from firmware_protocol.status import Status
 from nxtdrive.link.link import Link
 from nxtdrive.onboard.files import Files
-from nxtdrive.ports import in_range
+from nxtdrive.ports import in_range, of_type
 
 MAILBOXES = 10
 """Mailboxes in each direction; outgoing ones follow the incoming ones. Source: docs/firmware.md section 4, 0x13."""
@@ -62,7 +62,7 @@ class Programs:
             BrickError: FILE_NOT_FOUND: The program is not on the brick.
             BrickBusy: Another program runs, or the brick shows a dialog or cannot run this file.
         """
-        if not name.lower().endswith(PROGRAMS):
+        if not of_type("name", name, str).lower().endswith(PROGRAMS):
             raise LocalProtocolError(
                 f"{name!r} is not a program, and the brick would hang.",
                 remedy=f"Programs end in {', '.join(PROGRAMS)}; sounds are played, not started.",

@@ -64,7 +64,7 @@ class ColorSensor(Sensor, QuantitySensor[Color]):
 
     def brightness_percent(self, lamp: Lamp = "red") -> float:
         """Measure the brightness with one lamp or none, 0..100."""
-        if lamp not in _LAMPS:
+        if lamp not in tuple(_LAMPS):
             raise LocalProtocolError(f"lamp must be {', '.join(_LAMPS)}, not {lamp!r}.")
         self._become(_LAMPS[lamp])
         return self.values().normalized * 100 / FULL_SCALE

@@ -79,15 +79,27 @@ def test_a_screenshot_shows_the_display(lab):
         (lambda brick: brick.rover(safety=None), "safety"),
         (lambda brick: brick.rover(settings={}), "settings"),
         (lambda brick: brick.rover(wheel_diameter_mm="56"), "wheel_diameter_mm"),
+        (lambda brick: brick.rover(reversed="no"), "reversed"),
+        (lambda brick: brick.rover(reversed=(True,)), "reversed"),
+        (lambda brick: brick.rover().reset_pose((0, 0, 0)), "pose must be a Pose"),
+        (lambda brick: Rover(brick.link, ultrasonic=brick.touch(1)), "ultrasonic must be an Ultrasonic"),
         (lambda brick: brick.motor("A").run("fast"), "speed_deg_s"),
         (lambda brick: brick.motor("A").run_angle(360, "720"), "angle_deg"),
         (lambda brick: brick.motor("A").run_time(360, None), "duration_s"),
+        (lambda brick: brick.motor("A").run_angle(360, 720, ["coast"]), "then"),
         (lambda brick: brick.motor("A").dc(True), "power"),
+        (lambda brick: brick.motor("A", settings=0.3), "settings"),
         (lambda brick: brick.sleep(float("nan")), "duration_s"),
         (lambda brick: brick.touch(1).wait_for_press(float("nan")), "timeout_s"),
         (lambda brick: brick.motor(1), "1"),
         (lambda brick: brick.touch("1"), "'1'"),
+        (lambda brick: brick.color(3).brightness_percent(["red"]), "lamp"),
+        (lambda brick: brick.i2c(4, "2"), "address must be an int"),
         (lambda brick: brick.tone("a", 100), "frequency_hz"),
+        (lambda brick: setattr(brick, "volume", 2.5), "volume"),
+        (lambda brick: brick.files.read(5), "5"),
+        (lambda brick: brick.files.ls(5), "pattern"),
+        (lambda brick: brick.programs.start(5), "name"),
         (lambda brick: brick.programs.write_message("1", "hello"), "box"),
         (lambda brick: brick.programs.write_message(1, 5), "message .* not 5"),
         (lambda brick: brick.programs.write_message(1, "5 €"), "message .* not '5 €'"),
@@ -97,6 +109,12 @@ def test_a_screenshot_shows_the_display(lab):
 def test_a_wrong_argument_is_one_kind_of_error_that_names_it(lab, mistake, name):
     with pytest.raises(LocalProtocolError, match=name):
         mistake(lab().brick)
+
+
+def test_a_list_may_say_which_wheels_are_reversed(lab):
+    brick = lab().brick
+    Rover(brick.link, reversed=[False, False], ultrasonic=None, touch=None).straight(100)
+    assert brick.motor("B").angle > 0
 
 
 def test_text_in_place_of_a_number_is_called_no_number(lab):
