@@ -16,11 +16,11 @@ SLOWEST_PERCENT, STEP_PERCENT = 20, 10
 
 
 _Held = tuple[float, float, float]
-"""Parts of the highest speed and turn rate, and when they were reported."""
+"""Shares of the highest speed and turn rate, and when they were reported."""
 
 
 class Direction(Enum):
-    """Directions as parts of the highest speed and of the highest turn rate, positive right."""
+    """Directions as shares of the highest speed and of the highest turn rate, positive right."""
 
     FORWARD = (1.0, 0.0)
     BACK = (-1.0, 0.0)
@@ -65,7 +65,7 @@ class Controls:
             self._key = (*direction.value, now_s)
 
     def steer(self, ahead: float, turn: float, now_s: float) -> None:
-        """Note a stick's position: parts of the highest speed and turn rate, -1..1, positive right; zeros: centred."""
+        """Note a stick's position: shares of the highest speed and turn rate, -1..1, positive right; zeros: centred."""
         moved = bool(ahead or turn)
         self._stick_free = self._stick_free or not moved
         self._stick = (ahead, turn, now_s) if moved and self._stick_free and not self.stopped else None
@@ -97,6 +97,6 @@ class Controls:
         """Return the wanted speed in mm/s and turn rate in deg/s, positive right, at `now_s`; zeros are a stop."""
         for held in (self._stick, self._key):
             if held is not None and now_s - held[2] <= DEAD_MAN_S and not self.stopped:
-                part = self.percent / 100
-                return held[0] * self._speed_mm_s * part, held[1] * self._turn_deg_s * part
+                limit = self.percent / 100
+                return held[0] * self._speed_mm_s * limit, held[1] * self._turn_deg_s * limit
         return 0.0, 0.0

@@ -34,22 +34,22 @@ class Sticks:
 
     @property
     def ahead(self) -> float:
-        """Part of the highest speed, -1..1, forward positive."""
+        """Share of the highest speed, -1..1, forward positive."""
         return response(-_strongest(self.left_y, self.cross_y))
 
     @property
     def turn(self) -> float:
-        """Part of the highest turn rate, -1..1, right positive; the stick that is deflected farther counts."""
+        """Share of the highest turn rate, -1..1, right positive; the stick that is deflected farther counts."""
         return response(_strongest(self.left_x, self.right_x, self.cross_x))
 
 
 def response(deflection: float) -> float:
-    """Map a deflection to a part of the speed, both -1..1: zero in the dead zone, then a gentle rise to full speed."""
+    """Map a deflection to a share of the speed, both -1..1: zero in the dead zone, then a gentle rise to full speed."""
     beyond = (min(1.0, abs(deflection)) - DEADZONE) / (1.0 - DEADZONE)
     if beyond <= 0.0:
         return 0.0
-    part = round(((1.0 - EXPO) * beyond + EXPO * beyond**3) * STEPS) / STEPS
-    return part if deflection > 0 else -part
+    share = round(((1.0 - EXPO) * beyond + EXPO * beyond**3) * STEPS) / STEPS
+    return share if deflection > 0 else -share
 
 
 def _strongest(*deflections: float) -> float:

@@ -26,7 +26,7 @@ HALF_BLOCK = "▀"
 COLOR_STEP = 8
 """Colors are rounded to multiples of this, so that neighbours are often equal: less text for the terminal to take."""
 MAX_SCREEN_SHARE = 0.6
-"""Part of the height that the picture may take from the map below it."""
+"""Largest share of the height that the picture may take from the map below it."""
 
 LEGEND = f"{PATH} path {ECHO} echo {TARGET} target {ARROWS[0]} robot"
 """Signs of the map."""

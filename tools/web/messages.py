@@ -17,7 +17,7 @@ VERSION = 1
 MAX_MESSAGE_BYTES = 64 * 1024
 M = TypeVar("M")
 Calibrated = Literal["camera", "wheels", "sonar", "motors"]
-Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
+Share = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
 class ClientMessage(BaseModel):
@@ -30,13 +30,13 @@ class Drive(ClientMessage):
     """Drive on for half a second; to be repeated while the pad is held.
 
     Attributes:
-        ahead: Part of the highest speed, forward positive.
-        turn: Part of the highest turn rate, right positive.
+        ahead: Share of the highest speed, forward positive.
+        turn: Share of the highest turn rate, right positive.
     """
 
     type: Literal["drive"]
-    ahead: Part
-    turn: Part
+    ahead: Share
+    turn: Share
 
 
 class Stop(ClientMessage):

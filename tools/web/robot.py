@@ -121,7 +121,7 @@ class Robot:
             self._thread.join(CLOSE_S)
 
     def drive(self, ahead: float, turn: float) -> None:
-        """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread.
+        """Drive on by hand, at shares of the highest speeds, for the time of the dead-man switch; any thread.
 
         Raises:
             ValueError: It is stopped, does something else, or the pad has to be let go first; the text says so.
