@@ -217,8 +217,9 @@ class ShownMission:
         link = run.robot.brick.link
         self._live = lambda: {**hand_state(), "latency_ms": round(link.latency_s * 1000, 1)}
         self._show_status("beginning a mission")
-        settings = self._mission.model_dump(mode="json")["mission"]
-        hub.publish("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
+        settings, shape = self._mission.model_dump(mode="json")["mission"], robot_shape(self._mission)
+        hub.show("robot", shape)
+        hub.publish("run", {"folder": folder, "robot": shape, **settings})
         run.observers.add("page", partial(self._publish, TrueRoom(run.robot.brick, hub)))
         run.observers.add("progress", ProgressLines(self._say))
         try:

@@ -26,6 +26,7 @@ from .hub import Hub
 from .mission_run import ShownMission
 from .motions import ShortMotion
 from .pictures import PictureFeed
+from .robot_shape import robot_shape
 from .task_slot import Task, TaskSlot
 from .true_room import TrueRoom
 
@@ -291,6 +292,7 @@ class Robot:
         mission = self._mission
         if self._hand is None or self._hand.mission is not mission:
             self._hand = _DrivenByHand(mission, build_rover(brick, mission.robot), TrueRoom(brick, self._hub))
+            self._hub.show("robot", robot_shape(mission))
         return self._hand
 
     def _rest(self, brick: Brick) -> Callable[[float], None]:

@@ -59,6 +59,7 @@ STATE = {
     "speed_limit": 60,
     "stopped": False,
 }
+SHAPE = {"sonar_forward_mm": 100, "forward_mm": 0, "right_mm": 0, "yaw_deg": 0, "hfov_deg": 60}
 RUN = {"type": "run", "folder": "cat-001", "robot": {}, "name": "find the cat", "profile": "thesis"}
 QUESTION = {
     "type": "question",
@@ -81,7 +82,7 @@ requestAnimationFrame(() => requestAnimationFrame(() => {
 }));
 """
 """Counts the map's pixels of a colour."""
-NUMBERS, PATH = (0x8A, 0x10, 0x15), (0x0B, 0x5F, 0xB0)
+NUMBERS, PATH, ECHOES = (0x8A, 0x10, 0x15), (0x0B, 0x5F, 0xB0), (0x5B, 0x66, 0x72)
 """Colours of the map's marks."""
 Tell = Callable[..., None]
 
@@ -335,9 +336,8 @@ def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell
 
 def test_the_number_of_a_decision_is_readable_where_the_robot_stands(browser, tell):
     resize(browser, 1600, 1000)
-    shape = {"sonar_forward_mm": 100, "forward_mm": 0, "right_mm": 0, "yaw_deg": 0, "hfov_deg": 60}
     choice = {"t": 1, "kind": "choice", "state": "select", "target": "cat", "choice": "wait", "pose": [0, 0, 90]}
-    tell({**RUN, "robot": shape}, {"type": "record", "record": choice})
+    tell({**RUN, "robot": SHAPE}, {"type": "record", "record": choice})
     here = browser.execute_async_script(INK, NUMBERS)
     tell({"type": "record", "record": {**choice, "kind": "step", "pose": [-500, 0, 90]}})
     assert here > 0.7 * browser.execute_async_script(INK, NUMBERS) > 0
@@ -352,6 +352,14 @@ def test_the_map_begins_again_with_the_pose_when_the_robot_is_calibrated_or_buil
     assert browser.execute_async_script(INK, PATH) > 0
     tell({**calibration, **after}, STATE)
     assert browser.execute_async_script(INK, PATH) == 0
+
+
+def test_echoes_are_drawn_ahead_of_the_sonar_of_this_robot(browser, tell):
+    resize(browser, 1600, 1000)
+    tell({**STATE, "range_mm": 500})
+    assert browser.execute_async_script(INK, ECHOES) == 0, "it lies under the field of view"
+    tell({"type": "robot", **SHAPE, "sonar_forward_mm": 250}, {**STATE, "range_mm": 500})
+    assert browser.execute_async_script(INK, ECHOES) > 0
 
 
 def test_a_swipe_over_the_map_moves_the_page(browser, tell):

@@ -144,6 +144,29 @@ def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp
         robot.close()
 
 
+def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
+    built_in = read_mission_file(None)
+    built = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"sonar_forward_mm": 160.0})})
+    places: queue.SimpleQueue[float] = queue.SimpleQueue()
+
+    class Places(Hub):
+        def show(self, kind: str, values: Mapping[str, Any]) -> None:
+            super().show(kind, values)
+            if kind == "robot":
+                places.put(values["sonar_forward_mm"])
+
+    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, built, Places(), tmp_path)
+    robot.open()
+    try:
+        assert places.get(timeout=LIMIT_S) == 160.0
+        robot.start_mission(built_in, confirm=False)
+        assert places.get(timeout=LIMIT_S) == 100.0
+        robot.stop_mission()
+        assert places.get(timeout=LIMIT_S) == 160.0
+    finally:
+        robot.close()
+
+
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
     built_in = read_mission_file(None)
     mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})

@@ -4,7 +4,7 @@ import { BELIEF, GRID } from "./connection.js";
 
 const CELL_MM = 80, PLACE_MM = 400; // a pixel of the occupancy grid and one of the belief; the start lies in their middle
 const VIEW_MM = 700, CONE_DEG = 15;
-// the robot's numbers by common builds, until a mission says its own
+// the robot's numbers by common builds, until the server says its own
 const USUAL = { sonar_forward_mm: 100, forward_mm: 0, right_mm: 0, yaw_deg: 0, hfov_deg: 60 };
 const FARTHEST_ECHO_MM = 1500; // beyond, the cone is wider than a robot, and an echo is not a place
 const MARGIN_MM = 900; // around everything that is known
@@ -16,6 +16,7 @@ export class FloorMap {
     this.clear();
     this.robot = USUAL;
     connection.on("hello", () => this.clear());
+    connection.on("robot", (robot) => { this.robot = robot; this.draw(); });
     connection.on("run", ({ robot }) => { this.robot = robot; this.clear(); });
     connection.on("ended", () => { this.origin = this.pose; });
     let saved = true;
