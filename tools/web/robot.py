@@ -87,6 +87,7 @@ class Robot:
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
         self._slot = TaskSlot(self.controls)
+        # None while something else drives: odometry then has the final wheel positions, not the path between
         self._hand: _DrivenByHand | None = None
         self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
@@ -337,11 +338,10 @@ class Robot:
         if isinstance(task, ShortMotion):
             self._show_doing("driving")
             task.perform(robot.brick, self._by_hand(robot.brick).rover)
-            return
-        self._hand = None  # its odometry has the final wheel positions, not the path between
-        if isinstance(task, ShownMission):
+        elif isinstance(task, ShownMission):
             self._pursue(task, robot)
         else:
+            self._hand = None
             self._show_doing("calibrating")
             task.perform(robot)
 
@@ -349,6 +349,7 @@ class Robot:
         try:
             run = task.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)
+            self._hand = None
             task.pursue(run, recording.folder.path.name, self._hand_state)
         except Exception as error:
             known = error if isinstance(error, NXTError) else raised_by_profile(error, task.profile)

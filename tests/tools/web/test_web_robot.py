@@ -144,6 +144,7 @@ def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp
         robot.close()
 
 
+@pytest.mark.slow
 def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
     built_in = read_mission_file(None)
     built = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"sonar_forward_mm": 160.0})})
@@ -255,6 +256,24 @@ def test_the_pause_of_a_mission_that_cannot_begin_is_over_with_it(tmp_path):
     try:
         assert hub.failed.wait(LIMIT_S)
         assert not hub.paused
+    finally:
+        robot.close()
+
+
+def test_a_mission_that_cannot_begin_does_not_move_the_frame_of_the_pose(tmp_path):
+    (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
+    hub = PauseWitness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path / "runs")
+    robot.open()
+    try:
+        ahead, reading = ShortMotion(lambda rover: rover.straight(300, wait=False)), ShortMotion()
+        robot.start(ahead)
+        assert ahead.wait(LIMIT_S)
+        robot.start_mission(read_mission_file(None), confirm=False)
+        assert hub.failed.wait(LIMIT_S)
+        robot.start(reading)
+        assert reading.wait(LIMIT_S)
+        assert reading.reading.pose.x_mm == pytest.approx(300, abs=10)
     finally:
         robot.close()
 
