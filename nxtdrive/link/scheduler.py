@@ -164,7 +164,7 @@ class MotionScheduler:
     """The motions of a link; each motor takes part in at most one.
 
     Args:
-        link: The link; its clock counts, and its loss ends all motions.
+        link: The link; its clock is used, and its loss ends all motions.
         lock: A reentrant lock, held during each step.
     """
 

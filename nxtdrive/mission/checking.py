@@ -108,8 +108,8 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
     if not chosen and abs(shape / A4_SHAPE - 1) > A4_TOLERANCE:
         landscape = "; an A4 sheet in landscape is 210 mm high" if shape > 1 else ""
         yield (
-            f"target.{name}: height_mm is missing, so that of an upright A4 sheet counts, {A4_HEIGHT_MM:g}, but the "
-            f"picture has another shape. Measure it and set height_mm{landscape}."
+            f"target.{name}: height_mm is missing, so that of an upright A4 sheet is assumed, {A4_HEIGHT_MM:g}, but "
+            f"the picture has another shape. Measure it and set height_mm{landscape}."
         )
     elif not MIN_WIDTH_MM <= width_mm <= MAX_WIDTH_MM:
         yield f"target.{name}: at height_mm = {height_mm:g} the picture is {width_mm:.0f} mm wide. Is that its height?"
@@ -127,7 +127,7 @@ def _no_sheet_height(name: str, target: Target) -> Iterator[str]:
     if isinstance(target, MarkerTarget | QrTarget) and "height_mm" not in target.model_fields_set:
         usual_mm = MARKER_HEIGHT_MM if isinstance(target, MarkerTarget) else QR_HEIGHT_MM
         yield (
-            f"target.{name}: height_mm is missing, so {target.height_mm:g} counts; the sheet that "
+            f"target.{name}: height_mm is missing, so {target.height_mm:g} is assumed; the sheet that "
             f"`nxtdrive mission new` writes has {usual_mm:g}. Measure the black part and set height_mm: all distances "
             "are computed from it."
         )
@@ -138,8 +138,8 @@ def _no_cascade_height(name: str, target: Target) -> Iterator[str]:
         label = cascade_label(target.cascade)
         usual = f"; {default_height_mm(label):g} is usual for a {label}" if label else ""
         yield (
-            f"target.{name}: height_mm is missing, so {target.height_mm:g} counts, that of an A4 sheet{usual}. Measure "
-            "what the cascade finds and set height_mm: all distances are computed from it."
+            f"target.{name}: height_mm is missing, so {target.height_mm:g} is assumed, that of an A4 sheet{usual}. "
+            "Measure what the cascade finds and set height_mm: all distances are computed from it."
         )
 
 

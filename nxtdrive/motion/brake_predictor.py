@@ -75,7 +75,7 @@ class BrakePredictor:
         """Predict when to send the brake command, on the link's clock.
 
         A moving wheel reaches the goal after `remaining_deg` / `speed_deg_s`. If its speed is too low to be measured,
-        that of its command counts. A motion too short to measure a speed is predicted from its first command, which
+        that of its command is used. A motion too short to measure a speed is predicted from its first command, which
         starts the regulator's period.
 
         Args:

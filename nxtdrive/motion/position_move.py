@@ -140,7 +140,7 @@ class PositionMove:
 
         Args:
             angle_deg: Of the motion; each wheel turns by its ratio of it.
-            start: The reading of the wheels from which it counts; a new one by default.
+            start: The reading of the wheels from which the angle is measured; a new one by default.
 
         Returns:
             The reason of `guard`, or DONE, STALLED, CANCELLED, or TIMEOUT after too much time or too many corrections.

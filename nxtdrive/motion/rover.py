@@ -49,7 +49,7 @@ START = Pose()
 
 
 class RoverOptions(TypedDict, total=False):
-    """The arguments of `Rover` beside its link, ports and sensors; there they are explained."""
+    """The arguments of `Rover` other than its link, ports and sensors; they are explained there."""
 
     wheel_diameter_mm: float
     axle_track_mm: float
@@ -306,7 +306,7 @@ class Rover:
         speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
         wheels_deg = self._wheels.wheels_deg(distance_mm, angle_deg)
         longest_deg = max(map(abs, wheels_deg))
-        # of the limits along the path and of the turn, the stricter one counts
+        # of the limits along the path and of the turn, the stricter one applies
         driven_mm, turned_deg = abs(distance_mm), abs(angle_deg)
         speed_s = max(driven_mm / speed_mm_s, turned_deg / limits.turn_deg_s) or 1.0
         change_s2 = max(driven_mm / limits.acceleration_mm_s2, turned_deg / limits.turn_acceleration_deg_s2)

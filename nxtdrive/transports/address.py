@@ -43,7 +43,7 @@ _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"[^\s:?]+\.nxttrace", re.IGNORECASE), "replay"),
     (re.compile(r"[\w.-]+:\d+"), "tcp"),
 )
-"""Shapes of text without ``://`` and the scheme they imply; the first match counts."""
+"""Shapes of text without ``://`` and the scheme they imply; the first match is used."""
 
 _QUOTED = re.compile("%(3F|25)", re.IGNORECASE)
 _TO_QUOTE = re.compile(r"\?|%(?=3F|25)", re.IGNORECASE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 DEADZONE = 0.24
-"""Deflection that counts as none: a worn stick rests beside its middle.
+"""Deflection that counts as none: a worn stick rests off its centre.
 
 Source: 7849 of 32767, XINPUT_GAMEPAD_LEFT_THUMB_DEADZONE in XInput.h."""
 EXPO = 0.5
@@ -39,7 +39,7 @@ class Sticks:
 
     @property
     def turn(self) -> float:
-        """Share of the highest turn rate, -1..1, right positive; the stick that is deflected farther counts."""
+        """Share of the highest turn rate, -1..1, right positive; the stick that is deflected farther is used."""
         return response(_strongest(self.left_x, self.right_x, self.cross_x))
 
 

@@ -46,7 +46,7 @@ class SameSite:
 
     Args:
         app: The guarded application.
-        lan: Whether the address at which a request arrived, and this computer's names, are allowed beside loopback.
+        lan: Whether the address at which a request arrived, and this computer's names, are allowed besides loopback.
     """
 
     def __init__(self, app: ASGIApp, *, lan: bool = False) -> None:

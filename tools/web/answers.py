@@ -16,7 +16,7 @@ A = TypeVar("A")
 
 
 class Answers(Generic[Q, A]):
-    """Numbered questions, one after the other; the first answer to each counts.
+    """Numbered questions, one after the other; the first answer to each is taken.
 
     Args:
         pause: Has the request to end the mission or calibration that asks.

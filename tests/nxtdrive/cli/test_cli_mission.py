@@ -167,7 +167,7 @@ def test_a_marker_or_code_without_a_height_is_a_warning(keys, usual, tmp_path, c
     path.write_text(f'[mission]\ntargets = ["sheet"]\n[target.sheet]\n{keys}\n', encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
     out = capsys.readouterr().out
-    assert f"height_mm is missing, so 297 counts; the sheet that `nxtdrive mission new` writes has {usual}" in out
+    assert f"height_mm is missing, so 297 is assumed; the sheet that `nxtdrive mission new` writes has {usual}" in out
     path.write_text(f"{path.read_text(encoding='utf-8')}height_mm = {usual}\n", encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
     assert "warning" not in capsys.readouterr().out
@@ -279,10 +279,10 @@ def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, c
     path.write_text(text, encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
     said = " ".join(capsys.readouterr().out.split())
-    assert "target.face: height_mm is missing, so 297 counts, that of an A4 sheet; 200 is usual for a face." in said
+    assert "target.face: height_mm is missing, so 297 is assumed, that of an A4 sheet; 200 is usual for a face." in said
     path.write_text(text + 'cascade = "haarcascade_eye"\n', encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
-    assert "so 297 counts, that of an A4 sheet. Measure" in " ".join(capsys.readouterr().out.split())
+    assert "so 297 is assumed, that of an A4 sheet. Measure" in " ".join(capsys.readouterr().out.split())
     path.write_text(text + "height_mm = 200\n", encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
     assert "height_mm" not in capsys.readouterr().out

@@ -78,7 +78,7 @@ class ClassroomTable(_Table):
         name: Title of the page.
         runs: Folder of the runs, in which each robot has its own.
         missions: Folder of the mission files.
-        simulated: Number of simulated robots beside those that are listed.
+        simulated: Number of simulated robots besides those that are listed.
         world: Name or file of the world of each simulated robot.
     """
 
