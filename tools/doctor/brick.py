@@ -44,9 +44,9 @@ def examine(brick: Brick) -> Iterator[Finding]:
     yield ok("brick", f"{info.name}, {brick.link.transport.address}")
     latency_ms = brick.link.latency_s * 1000
     if latency_ms > SLOW_LINK_MS:
-        yield warning("link", f"answers take {latency_ms:.0f} ms.", "Bring the brick nearer, or use USB.")
+        yield warning("link", f"replies take {latency_ms:.0f} ms.", "Bring the brick nearer, or use USB.")
     else:
-        yield ok("link", f"answers take {latency_ms:.0f} ms")
+        yield ok("link", f"replies take {latency_ms:.0f} ms")
     yield firmware(info.firmware)
     yield battery(info.battery_mv)
     if info.free_flash < LITTLE_FLASH:

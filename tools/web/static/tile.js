@@ -19,7 +19,7 @@ export class Tile {
     this.box = this.part("input");
     this.box.setAttribute("aria-label", `choose ${name}`);
     this.box.addEventListener("change", chosen);
-    this.part(".beep").setAttribute("aria-label", `let ${name} beep`);
+    this.part(".beep").setAttribute("aria-label", `make ${name} beep`);
     this.part(".beep").addEventListener("click", () => connection.send({ type: "beep", robot: name }));
     this.part(".return").setAttribute("aria-label", `back to the brick of ${name}`);
     this.part(".return").addEventListener("click", () => connection.send({ type: "return_to_brick", robot: name }));
