@@ -105,7 +105,7 @@ class CompassCorrection:
         self._odometry = odometry
         self._read_wheels = read_wheels
         self._filter = CompassFilter()
-        self._asking = threading.Lock()
+        self._measuring = threading.Lock()
         self._left_out = False
 
     def update(self) -> None:
@@ -119,10 +119,10 @@ class CompassCorrection:
             SensorTimeout: The same.
         """
         rests = self._filter.aligned and self._odometry.since_correction == NO_MOTION
-        if rests or self._left_out or not self._asking.acquire(blocking=False):
+        if rests or self._left_out or not self._measuring.acquire(blocking=False):
             return
         try:
-            self.health.ask(self._ask, None)
+            self.health.read(self._measure, None)
         except SENSOR_ERRORS as error:
             if not self._filter.aligned:
                 raise
@@ -130,13 +130,13 @@ class CompassCorrection:
             if self._left_out:
                 log.warning("the compass does not answer any more; the heading comes from the wheels: %s", error)
         finally:
-            self._asking.release()
+            self._measuring.release()
 
     def rebase(self, by_deg: float) -> None:
         """Follow a change of reference by which the same heading reads `by_deg` more."""
         self._filter.rebase(by_deg)
 
-    def _ask(self) -> None:
+    def _measure(self) -> None:
         odometry = self._odometry
         still_since_s, compass_deg = odometry.still_since_s, self._compass.heading_deg
         self._read_wheels()

@@ -85,7 +85,7 @@ class ObstacleMonitor:
         self._settings = settings
         self._link = link
         self._echo: Echo | None = None
-        self._asked: Echo | None = None
+        self._started: Echo | None = None
         self._bumper_turn = self._pressed = False
         self.sonar_health = SensorHealth("sonar", link)
         self.bumper_health = SensorHealth("bumper", link)
@@ -94,27 +94,27 @@ class ObstacleMonitor:
     def range_mm(self, pose: Pose) -> float | None:
         """Measure the distance ahead; None without an echo or without a sonar."""
         sonar = self._sonar
-        return None if sonar is None else self.sonar_health.ask(lambda: self._measure(sonar, pose), None)
+        return None if sonar is None else self.sonar_health.read(lambda: self._measure(sonar, pose), None)
 
     def _measure(self, sonar: Ultrasonic, pose: Pose) -> float | None:
         if not sonar.ready:
             sonar.set_up()
-        asked_s = self._link.now()
-        if self._asked is not None and asked_s - self._asked.time_s <= FRESH_S:
+        started_s = self._link.now()
+        if self._started is not None and started_s - self._started.time_s <= FRESH_S:
             # to drop a measurement that has just been started would take two more round trips
             with suppress(BrickError):
                 for _ in range(POLLS):
                     there, distance_mm = sonar.poll()
                     if there:
-                        self._echo, self._asked = replace(self._asked, distance_mm=distance_mm), None
+                        self._echo, self._started = replace(self._started, distance_mm=distance_mm), None
                         return distance_mm
-        self._echo, self._asked = Echo(sonar.distance_mm, asked_s, pose), None
+        self._echo, self._started = Echo(sonar.distance_mm, started_s, pose), None
         return self._echo.distance_mm
 
     def touching(self) -> bool:
         """Return whether the bumper is pressed; False without one."""
         bumper = self._bumper
-        self._pressed = bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
+        self._pressed = bumper is not None and self.bumper_health.read(lambda: bumper.pressed, False)
         return self._pressed
 
     def check_start(self, pose: Pose) -> StopReason | None:
@@ -127,7 +127,7 @@ class ObstacleMonitor:
             self.range_mm(pose)
         return self._stop_reason(pose)
 
-    def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
+    def watch(self, pose: Pose, *, request: bool = True) -> StopReason | None:
         """Check during a motion; return the reason to end it, or None.
 
         Makes one request at most, to bumper and sonar in turn; while the bumper is pressed, to the bumper. The sonar
@@ -135,7 +135,7 @@ class ObstacleMonitor:
 
         Args:
             pose: Where the robot is now.
-            ask: Whether there is time for a request.
+            request: Whether there is time for a request.
 
         Raises:
             BrickError: The sonar no longer answers; see `SensorHealth.listener`.
@@ -143,7 +143,7 @@ class ObstacleMonitor:
         """
         if not self._settings.enabled:
             return None
-        if ask:
+        if request:
             sonar = self._sonar is not None and self.uses_sonar and not self.sonar_health.lost
             self._bumper_turn = self._pressed or not sonar or (self._bumper is not None and not self._bumper_turn)
             if self._bumper_turn:
@@ -162,17 +162,17 @@ class ObstacleMonitor:
         if self._sonar is None:
             return
         try:
-            if self._asked is not None:
+            if self._started is not None:
                 there, distance_mm = self._sonar.poll()
                 if there:
-                    self._echo = Echo(distance_mm, self._asked.time_s, self._asked.pose)
+                    self._echo = Echo(distance_mm, self._started.time_s, self._started.pose)
                     self.sonar_health.worked()
-                elif self._link.now() - self._asked.time_s < self._forgotten_s:
+                elif self._link.now() - self._started.time_s < self._forgotten_s:
                     return
             self._sonar.start()
-            self._asked = Echo(None, self._link.now(), pose)
+            self._started = Echo(None, self._link.now(), pose)
         except SENSOR_ERRORS as error:
-            self._asked = None
+            self._started = None
             self.sonar_health.failed(error)
             if self.sonar_health.failing and self.sonar_health.listener is None:
                 raise

@@ -374,7 +374,7 @@ class Rover:
         """Return the reason to end a motion; makes no request while the program reads a sensor."""
         mine = self._sensor_lock.acquire(blocking=False)
         try:
-            return self._monitor.watch(self._odometry.pose, ask=mine and not near)
+            return self._monitor.watch(self._odometry.pose, request=mine and not near)
         finally:
             if mine:
                 self._sensor_lock.release()

@@ -42,7 +42,7 @@ class SensorHealth:
         self._failures = 0
         self._retry_s = 0.0
 
-    def ask(self, question: Callable[[], T], unknown: T) -> T:
+    def read(self, measure: Callable[[], T], unknown: T) -> T:
         """Read the sensor, unless it is left out.
 
         Returns:
@@ -56,14 +56,14 @@ class SensorHealth:
         if self.lost and self._link.now() < self._retry_s:
             return unknown
         try:
-            answer = question()
+            value = measure()
         except SENSOR_ERRORS as error:
             self.failed(error)
             if self.listener is None:
                 raise
             return unknown
         self.worked()
-        return answer
+        return value
 
     @property
     def failing(self) -> bool:

@@ -68,8 +68,8 @@ class I2CSensor(Sensor):
         written = [_byte("values", value) for value in values]
         self._transact(bytes((self.address, _byte("register", register), *written)), 0)
 
-    def ask(self, register: int) -> None:
-        """Start reading one byte without waiting; `answer` fetches it."""
+    def start_read(self, register: int) -> None:
+        """Start reading one byte without waiting; `fetch` returns it."""
         if not self._ready:
             self.set_up()
         if self._dirty:
@@ -77,11 +77,11 @@ class I2CSensor(Sensor):
         self.link.send(LSWrite.transaction(self._input, bytes((self.address, register)), 1))
         self._dirty = True
 
-    def answer(self) -> int | None:
-        """Fetch the byte of `ask`, or None while the bus is busy.
+    def fetch(self) -> int | None:
+        """Return the byte of `start_read`, or None while the bus is busy.
 
         Raises:
-            BrickError: The sensor did not answer; `ask` again.
+            BrickError: The sensor did not answer; start again.
         """
         try:
             data = self.link.request(LSRead(self._input)).received
@@ -135,28 +135,28 @@ class I2CSensor(Sensor):
         deadline = link.now() + I2C_TIMEOUT_S
         received = b""
         while True:
-            asked = link.now()
+            sent_s = link.now()
             received += link.request(LSRead(self._input)).received
             if len(received) >= size:
                 return received
-            if asked >= deadline:
+            if sent_s >= deadline:
                 raise _Unanswered(f"the sensor on port {self.port} does not answer.", remedy="Plug it in again.")
-            link.sleep(asked + STEP_S - link.now())
+            link.sleep(sent_s + STEP_S - link.now())
 
     def _wait_for_rest(self) -> int:
         """Wait until the bus is idle; return the number of unread bytes."""
         link = self.link
         deadline = link.now() + I2C_TIMEOUT_S
         while True:
-            asked = link.now()
+            sent_s = link.now()
             try:
                 return link.request(LSGetStatus(self._input)).bytes_ready
             except CommunicationPending:
-                if asked >= deadline:
+                if sent_s >= deadline:
                     raise SensorTimeout(
                         f"the I2C bus of port {self.port} hangs.", remedy="Plug the sensor in again."
                     ) from None
-                link.sleep(asked + STEP_S - link.now())
+                link.sleep(sent_s + STEP_S - link.now())
 
     def _drain(self) -> None:
         """Drop unread bytes of an earlier transaction, which would come first (docs/firmware.md section 1, fact 10)."""

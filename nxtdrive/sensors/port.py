@@ -50,15 +50,15 @@ class Sensor:
         """
         link = self.link
         link.request(SetInputMode(self._input, self.type, self.mode))
-        asked = link.now()
-        deadline = asked + SETTLING_S
+        sent_s = link.now()
+        deadline = sent_s + SETTLING_S
         while not link.request(GetInputValues(self._input)).valid:
-            if asked >= deadline:
+            if sent_s >= deadline:
                 raise SensorTimeout(
                     f"the sensor on port {self.port} gives no valid values.", remedy="Is it plugged in?"
                 )
-            link.sleep(asked + STEP_S - link.now())
-            asked = link.now()
+            link.sleep(sent_s + STEP_S - link.now())
+            sent_s = link.now()
         self._ready = True
 
     def values(self) -> InputValues:

@@ -34,8 +34,8 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
         self._silent = True
         self._reading = link.lock()
         self._last: Reading[float | None] | None = None
-        self._asked = False
-        self._asked_s = math.inf
+        self._started = False
+        self._started_s = math.inf
 
     def set_up(self) -> None:
         """Set the port's type and start continuous measuring."""
@@ -50,7 +50,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
                 self._measure_on()
             begun_s = self.link.now()
             distance_mm = _mm(self._transact(bytes((self.address, _DISTANCES)), 1)[0])
-            self._last, self._asked = Reading(distance_mm, begun_s), False
+            self._last, self._started = Reading(distance_mm, begun_s), False
         return distance_mm
 
     value = distance_mm
@@ -62,7 +62,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
         """
         with self._reading:
             self._transact(bytes((self.address, _MODE, _SINGLE_SHOT)), 0)
-            self._silent, self._asked = True, False
+            self._silent, self._started = True, False
             self.link.sleep(_PING_S)
             echoes = self._transact(bytes((self.address, _DISTANCES)), _ECHOES)
         return tuple(sorted(mm for echo in echoes if (mm := _mm(echo)) is not None))
@@ -70,24 +70,24 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
     def read(self, register: int, size: int) -> bytes:
         """Read as `I2CSensor.read` does, after waiting for a reading in progress."""
         with self._reading:
-            self._asked = False
+            self._started = False
             return super().read(register, size)
 
     def write(self, register: int, *values: int) -> None:
         """Write as `I2CSensor.write` does, after waiting for a reading in progress."""
         with self._reading:
-            self._asked = False
+            self._started = False
             super().write(register, *values)
 
     def start(self) -> None:
         """Start a measurement without waiting for it; see `poll`. While another caller reads, that reading will do."""
-        self._asked_s = self.link.now()
+        self._started_s = self.link.now()
         if self._reading.acquire(blocking=False):
             try:
                 if self._ready and self._silent:
                     self._measure_on()
-                self.ask(_DISTANCES)
-                self._asked = True
+                self.start_read(_DISTANCES)
+                self._started = True
             finally:
                 self._reading.release()
 
@@ -97,16 +97,16 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
         Returns:
             Whether there is one, and the distance as in `distance_mm`.
         """
-        if self._last is not None and self._last.time_s >= self._asked_s:
+        if self._last is not None and self._last.time_s >= self._started_s:
             return True, self._last.value
         if not self._reading.acquire(blocking=False):
             return False, None
         try:
-            if not self._asked:
-                self.ask(_DISTANCES)
-                self._asked = True
+            if not self._started:
+                self.start_read(_DISTANCES)
+                self._started = True
                 return False, None
-            centimetres = self.answer()
+            centimetres = self.fetch()
         finally:
             self._reading.release()
         return (False, None) if centimetres is None else (True, _mm(centimetres))

@@ -270,7 +270,7 @@ def test_bytes_left_over_by_a_neighbour_program_are_not_a_reading(lab):
     room.attach(4, UltrasonicSensor(lambda: 50))
     sonar = room.brick.ultrasonic(4)
     assert sonar.distance_mm == 500.0
-    sonar.ask(0x11)
+    sonar.start_read(0x11)
     room.brick.sleep(0.1)
     assert sonar.distance_mm == 500.0
     assert room.brick.request(LSRead(InputPort.IN_4)).received == b""
