@@ -21,7 +21,7 @@ from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import CalibrationResult, calibrate
 from ..calibrate.verdict import write_robot_file
-from .answers import Answers
+from .question_slot import QuestionSlot
 
 if TYPE_CHECKING:
     from nxtdrive.mission.assembly import OpenRobot
@@ -55,16 +55,16 @@ class ShownCalibration:
         self._wanted, self._before, self._show = wanted, before, show
         self._pause = Pause()
         self._lines: list[str] = []
-        self._answers = Answers[str, float](self._pause)
+        self._question = QuestionSlot[str, float](self._pause)
 
     def end(self) -> None:
         """Abort it; any thread."""
         self._pause.end()
-        self._answers.wake()
+        self._question.wake()
 
     def answer(self, question: int, value: float) -> None:
         """Answer a question; one that is not open is ignored. Any thread."""
-        self._answers.answer(question, value)
+        self._question.answer(question, value)
 
     def perform(self, robot: OpenRobot) -> None:
         """Calibrate; the robot is at rest afterwards, and the result or the error has been sent to the clients."""
@@ -113,7 +113,7 @@ class ShownCalibration:
             KeyboardInterrupt: The calibration was ended instead.
         """
         self._say(text)
-        answer = self._answers.ask(
+        answer = self._question.ask(
             text, lambda key: self._show({"question": {"question": key, "text": text, "number": number}})
         )
         self._show({"question": None})

@@ -25,10 +25,10 @@ from nxtdrive.mission.body import lacking_sensors
 from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.wording import spaced, state_words
 
-from .answers import Answers
 from .decisions import asked, made
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
+from .question_slot import QuestionSlot
 from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
@@ -62,7 +62,7 @@ class WebOperator:
 
     def __init__(self, hub: Hub, pause: Pause) -> None:
         self._hub = hub
-        self._answers = Answers[Question, int](pause)
+        self._question = QuestionSlot[Question, int](pause)
 
     def __call__(self, question: Question) -> Choice:
         """Ask, and wait for the answer.
@@ -72,11 +72,11 @@ class WebOperator:
         """
         shown = asked(question.evidence, question.candidates)
         try:
-            choice = self._answers.ask(
+            choice = self._question.ask(
                 question, lambda number: self._hub.show("question", {"open": True, "number": number, **shown})
             )
         finally:
-            self._hub.show("question", {"open": False, "number": self._answers.number})
+            self._hub.show("question", {"open": False, "number": self._question.number})
         return question.candidates[choice].choice
 
     def answer(self, question: int, choice: int) -> None:
@@ -85,12 +85,12 @@ class WebOperator:
         Raises:
             ValueError: There is no such candidate.
         """
-        if (waiting := self._answers.open) is not None and waiting[0] == question:
+        if (waiting := self._question.open) is not None and waiting[0] == question:
             self._take(*waiting, choice)
 
     def decision(self) -> dict[str, Any]:
         """Return the open decision as a program reads it; any thread."""
-        if (waiting := self._answers.open) is None:
+        if (waiting := self._question.open) is None:
             return {"open": False}
         number, question = waiting
         return {"open": True, "question": number, **question_values(question)}
@@ -101,18 +101,18 @@ class WebOperator:
         Raises:
             ValueError: There is no such candidate, or no open decision.
         """
-        if (waiting := self._answers.open) is None or not self._take(*waiting, number):
+        if (waiting := self._question.open) is None or not self._take(*waiting, number):
             raise ValueError("No decision is open.")
 
     def _take(self, number: int, question: Question, choice: int) -> bool:
         """Answer a question, if there is such a candidate; return whether the question was open."""
         if not 0 <= choice < len(question.candidates):
             raise ValueError(f"The candidates are numbered from 0 to {len(question.candidates) - 1}.")
-        return self._answers.answer(number, choice)
+        return self._question.answer(number, choice)
 
     def wake(self) -> None:
         """Check now whether the mission is to end; any thread."""
-        self._answers.wake()
+        self._question.wake()
 
 
 class ShownMission:

@@ -15,8 +15,8 @@ Q = TypeVar("Q")
 A = TypeVar("A")
 
 
-class Answers(Generic[Q, A]):
-    """Numbered questions, one after the other; the first answer to each is taken.
+class QuestionSlot(Generic[Q, A]):
+    """Holds the question that waits for an answer, if there is one; the first answer to each is taken.
 
     Args:
         pause: Has the request to end the mission or calibration that asks.
