@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import Literal, TypeVar
 
 from firmware_protocol.enums import InputPort, OutputPort
@@ -48,7 +49,7 @@ def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
     Raises:
         LocalProtocolError: It is not a number from `minimum` to `maximum`; the message names it.
     """
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    is_number = isinstance(value, Real) and not isinstance(value, bool)  # those of numpy's arrays, too
     if not is_number or not minimum <= value <= maximum:
         words = [] if is_number else ["a number"]
         words += [] if (minimum, maximum) == (-math.inf, math.inf) else [f"from {minimum:g} to {maximum:g}"]

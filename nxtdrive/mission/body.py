@@ -95,7 +95,7 @@ class MissionBody:
             return self._rover.drive(speed_mm_s * self._speed_share, turn_deg_s)
 
     def stop(self) -> None:
-        """Switch the motors off and brake."""
+        """Brake now."""
         with link_errors_as_outages():
             self._rover.stop()
 

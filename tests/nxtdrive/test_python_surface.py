@@ -1,5 +1,6 @@
 """The Python interface: where names are, one object per port, clear errors."""
 
+import numpy as np
 import pytest
 
 import nxtdrive
@@ -115,6 +116,22 @@ def test_a_list_may_say_which_wheels_are_reversed(lab):
     brick = lab().brick
     Rover(brick.link, reversed=[False, False], ultrasonic=None, touch=None).straight(100)
     assert brick.motor("B").angle > 0
+
+
+@pytest.mark.parametrize("number", [np.float32(90.0), np.int64(90)])
+def test_numbers_of_arrays_are_numbers(lab, number):
+    brick = lab().brick
+    rover = Rover(brick.link, ultrasonic=None, touch=None)
+    assert rover.straight(number).distance_mm == pytest.approx(90, abs=3)
+    assert rover.turn(number).turned_deg == pytest.approx(90, abs=3)
+    rover.reset_pose(Pose(number, number, number))
+    assert rover.drive(number, number) is None
+    motor = brick.motor("A")
+    motor.dc(number)
+    motor.run_angle(number, number)
+    motor.reset_angle(number)
+    assert motor.angle == 90
+    assert not brick.touch(1).wait_for_press(number)
 
 
 def test_text_in_place_of_a_number_is_called_no_number(lab):

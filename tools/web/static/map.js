@@ -7,7 +7,7 @@ const VIEW_MM = 700, CONE_DEG = 15;
 // the robot's numbers by common builds, until the server says its own
 const USUAL = { sonar_forward_mm: 100, forward_mm: 0, right_mm: 0, yaw_deg: 0, hfov_deg: 60 };
 const FARTHEST_ECHO_MM = 1500; // beyond, the cone is wider than a robot, and an echo is not a place
-const MARGIN_MM = 900; // around everything that is known
+const MARGIN_MM = 900; // around the path and the sightings
 
 export class FloorMap {
   constructor(connection, canvas, layers = {}) {
