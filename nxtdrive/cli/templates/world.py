@@ -19,6 +19,8 @@ START_X_MM = 600.0
 FRAMES = 3
 """Frames tried from one pose: noise may make a code illegible in one of them."""
 LENS_FORWARD_MM = 60.0
+DISTANCE_TOLERANCE = 0.2
+"""Largest error of the distance of a target that counts as found, as a share of it."""
 UNLIKELY_MM = 60.0
 """A smaller height of what a photograph shows was probably measured in centimetres."""
 
@@ -140,39 +142,46 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
     from sim_backend.world.loading import parse_world
 
     if target.stop_mm > FARTHEST_STOP_MM:
-        raise ConfigError(
-            f"{target.picture}: {target.width_mm:.0f} x {target.height_mm:.0f} mm is too large: the camera sees all of "
-            f"it only from {target.stop_mm / 1000:.1f} m, and arrivals are at {FARTHEST_STOP_MM / 1000:g} m or less.",
-            remedy="Print it smaller and give that --height-mm."
-            if target.sheet
-            else "Crop the photograph to a part of it, and give the height of that part.",
-        )
+        raise _too_large(target)
     simulation = Simulation(parse_world(tomllib.loads(text), path))
-    start_mm = simulation.truth.pose
-    far_mm, near_mm = target.distance_mm, target.stop_mm
+    row_mm = simulation.truth.pose.y_mm
     for heading_deg in (270.0, 225.0, 180.0, 135.0):
-        if _found_mm(simulation, detector, START_X_MM, start_mm.y_mm, heading_deg) is not None:
+        if _found_mm(simulation, detector, START_X_MM, row_mm, heading_deg) is not None:
             raise ConfigError(
                 f"{target.picture}: the picture detector finds it where it is not: it looks like a plain wall.",
                 remedy="Use a picture with more contrast and detail, or a marker (--marker).",
             )
+    far_mm, near_mm = target.distance_mm, target.stop_mm
     for away_mm in (far_mm, (far_mm + near_mm) / 2, near_mm):
-        x_mm = START_X_MM + far_mm - away_mm
-        found_mm = _found_mm(simulation, detector, x_mm, start_mm.y_mm, 0.0)
-        if found_mm is not None and abs(found_mm - away_mm) <= 0.2 * away_mm:
-            continue
-        if target.sheet:
-            raise ConfigError(
-                f"{target.name} is not found from {away_mm / 1000:.1f} m: {target.height_mm:g} mm is too small for it.",
-                remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
-            )
-        raise ConfigError(
-            f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
-            f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {_why(target)}.",
-            remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
-            if target.height_mm < UNLIKELY_MM
-            else "Crop it, print it larger and give that --height-mm, or use a marker (--marker).",
+        found_mm = _found_mm(simulation, detector, START_X_MM + far_mm - away_mm, row_mm, 0.0)
+        if found_mm is None or abs(found_mm - away_mm) > DISTANCE_TOLERANCE * away_mm:
+            raise _not_found(target, away_mm)
+
+
+def _too_large(target: TemplateTarget) -> ConfigError:
+    return ConfigError(
+        f"{target.picture}: {target.width_mm:.0f} x {target.height_mm:.0f} mm is too large: the camera sees all of "
+        f"it only from {target.stop_mm / 1000:.1f} m, and arrivals are at {FARTHEST_STOP_MM / 1000:g} m or less.",
+        remedy="Print it smaller and give that --height-mm."
+        if target.sheet
+        else "Crop the photograph to a part of it, and give the height of that part.",
+    )
+
+
+def _not_found(target: TemplateTarget, away_mm: float) -> ConfigError:
+    """Return why the target is not found from a distance, or is found at another one, and what to do."""
+    if target.sheet:
+        return ConfigError(
+            f"{target.name} is not found from {away_mm / 1000:.1f} m: {target.height_mm:g} mm is too small for it.",
+            remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
         )
+    return ConfigError(
+        f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
+        f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {_why(target)}.",
+        remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
+        if target.height_mm < UNLIKELY_MM
+        else "Crop it, print it larger and give that --height-mm, or use a marker (--marker).",
+    )
 
 
 def _why(target: TemplateTarget) -> str:
