@@ -135,7 +135,7 @@ class Assistant:
     def stop(self) -> bool:
         """Abort any motion or mission of the robot; return whether it has ended."""
         self.robot.stop_hand_drive()
-        self.robot.stop_mission()
+        self.robot.end_task()
         until_s = time.monotonic() + END_S
         while self.robot.busy and time.monotonic() < until_s:
             time.sleep(POLL_S)

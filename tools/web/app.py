@@ -86,11 +86,11 @@ class WatchedRobot(Protocol):
         ...
 
     def stop(self) -> None:
-        """Stop the robot and end a running mission."""
+        """Stop the robot and end its task, such as a mission."""
         ...
 
-    def stop_mission(self) -> None:
-        """End the running mission, if there is one."""
+    def end_task(self) -> None:
+        """End its task, such as a mission, if it has one."""
         ...
 
     @property
@@ -202,7 +202,7 @@ class Server:
             case Stop():
                 robot.stop()
             case StopMission():
-                robot.stop_mission()
+                robot.end_task()
             case PauseMission():
                 under_way(mission).pause()
             case Choose(number=number):

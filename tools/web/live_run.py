@@ -69,7 +69,7 @@ class LiveRun:
         """End the mission; any thread."""
         self._shown.end()
 
-    stop_mission = stop  # clients cannot drive here, so no stop has to last until it is released
+    end_task = stop  # clients cannot drive here, so no stop has to last until it is released
 
     @property
     def mission(self) -> ShownMission | None:

@@ -112,12 +112,12 @@ class Robot:
             raise error
 
     def close(self) -> None:
-        """End a running mission, stop the motors, close brick and camera; allowed before it is open.
+        """End its task, stop the motors, close brick and camera; allowed before it is open.
 
         Waits at most `CLOSE_S`; then it may still be `alive`.
         """
         self._closing.set()
-        self.stop_mission()
+        self.end_task()
         self._news.set()
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
@@ -141,9 +141,9 @@ class Robot:
         self._news.set()
 
     def stop(self) -> None:
-        """Stop, end a running mission, and stay stopped until `release`; any thread."""
+        """Stop, end its task, and stay stopped until `release`; any thread."""
         self.controls.emergency_stop()
-        self.stop_mission()
+        self.end_task()
         self._news.set()
 
     def release(self) -> None:
@@ -185,7 +185,7 @@ class Robot:
         self._mission = mission
         self._news.set()
 
-    def stop_mission(self) -> None:
+    def end_task(self) -> None:
         """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
         self._slot.end()
 

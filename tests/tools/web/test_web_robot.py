@@ -162,7 +162,7 @@ def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
         assert places.get(timeout=LIMIT_S) == 160.0
         robot.start_mission(built_in, confirm=False)
         assert places.get(timeout=LIMIT_S) == 100.0
-        robot.stop_mission()
+        robot.end_task()
         assert places.get(timeout=LIMIT_S) == 160.0
     finally:
         robot.close()

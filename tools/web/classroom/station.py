@@ -205,7 +205,7 @@ class Station:
 
     def end_mission(self) -> None:
         """End the mission that runs or is about to, if there is one; any thread."""
-        self._robot.stop_mission()
+        self._robot.end_task()
 
     def beep(self) -> None:
         """Play a tone on the brick; any thread.
