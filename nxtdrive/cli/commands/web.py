@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Watch and drive the robot in the browser: camera, map, statechart, missions, and a
 pad that works on a phone. Without a brick it opens the simulated one in real time.
-It uses the robot.toml in the folder of the missions if no other robot file is named.
-Needs the extra nxtdrive[web]. Only this computer can open the page; with --lan
-phones and other computers can too, with the PIN that is printed here. With
+For one robot it uses the robot.toml in the folder of the missions if no other robot
+file is named. Needs the extra nxtdrive[web]. Only this computer can open the page;
+with --lan phones and other computers can too, with the PIN that is printed here. With
 --classroom it is a page for a whole classroom (docs/classroom.md)."""
 EXAMPLES = """\
   nxtdrive web
