@@ -400,7 +400,7 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", ["stop", "stop_mission"])
+@pytest.mark.parametrize("end", ["stop", "end_task"])
 def test_a_mission_that_has_not_begun_can_be_ended(tmp_path, end):
     server = _server(tmp_path, "sim://open?pace=fast")
     with _client(server).websocket_connect("/ws") as page:
