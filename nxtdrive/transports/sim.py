@@ -235,7 +235,7 @@ def _latency(text: str) -> float:
 
 def _pace(text: str) -> bool:
     if text not in ("realtime", "fast"):
-        raise ValueError("it is 'realtime' or 'fast'")
+        raise ValueError("it must be 'realtime' or 'fast'")
     return text == "realtime"
 
 
