@@ -56,7 +56,7 @@ find("speed").addEventListener("input", ({ target }) => connection.send({ type: 
 function showState(state) {
   if (connection.ended) return;
   const lacks = (sensor) => state.lacking?.includes(sensor);
-  if (lacks("sonar")) find("range").textContent = "none";
+  if (lacks("sonar")) find("range").textContent = "no sonar";
   else if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
   if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
   const touch = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
