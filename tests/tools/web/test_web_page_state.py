@@ -320,6 +320,18 @@ def test_of_a_sensor_that_the_robot_does_not_have_nothing_is_claimed(browser, te
     assert [_text(browser, each) for each in ("range", "bumper")] == ["no sonar", "none"]
 
 
+def test_while_a_sonar_fails_in_a_mission_the_distance_is_unknown(browser, tell):
+    status = {"type": "status", "doing": "search: cat", "range_mm": None}
+    sonar = {"t": 1, "kind": "sensor", "state": "search", "target": "cat", "sensor": "sonar"}
+    fails, answers = ({"type": "record", "record": {**sonar, "answers": each}} for each in (False, True))
+    tell(RUN, fails, status)
+    assert _text(browser, "range") == "unknown"
+    tell(answers, status)
+    assert _text(browser, "range") == "no echo"
+    tell(fails, {"type": "ended", "ending": "achieved", "duration_s": 3.0, "folder": "cat-001"}, STATE)
+    assert _text(browser, "range") == "no echo"
+
+
 def test_without_a_connection_no_measurement_is_shown(browser, tell):
     assert _text(browser, "battery") == "8.0 V"
     browser.execute_script("cut()")

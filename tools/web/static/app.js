@@ -9,6 +9,7 @@ import "./nav.js";
 import { connectRobot, find, notice } from "./page.js";
 
 const connection = connectRobot();
+const failed = new Set(); // sensors that the mission does without
 let me = "", drives = true, lostLink = "";
 
 showCamera(connection, find("camera"));
@@ -25,6 +26,10 @@ connection.on("hello", ({ you, address, ...hello }) => {
   document.body.classList.toggle("watching", !drives);
   lostLink = "";
   document.title = `nxtdrive ${address}`;
+});
+for (const change of ["hello", "run", "ended"]) connection.on(change, () => failed.clear());
+connection.on("record", ({ record }) => {
+  if (record.kind === "sensor") record.answers ? failed.delete(record.sensor) : failed.add(record.sensor);
 });
 connection.on("closed", () => {
   for (const each of ["battery", "range", "bumper", "link"]) find(each).textContent = "–";
@@ -57,7 +62,7 @@ function showState(state) {
   if (connection.ended) return;
   const lacks = (sensor) => state.lacking?.includes(sensor);
   if (lacks("sonar")) find("range").textContent = "no sonar";
-  else if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
+  else if ("range_mm" in state) find("range").textContent = metres(state.range_mm, failed.has("sonar") ? "unknown" : "no echo");
   if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
   const touch = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
   find("bumper").textContent = lacks("bumper") ? "none" : touch;
@@ -67,6 +72,6 @@ function showState(state) {
   find("speed-shown").textContent = `${state.speed_limit} %`;
 }
 
-function metres(mm) {
-  return mm === null ? "no echo" : `${(mm / 1000).toFixed(2)} m`;
+function metres(mm, none) {
+  return mm === null ? none : `${(mm / 1000).toFixed(2)} m`;
 }
