@@ -123,7 +123,7 @@ class ObstacleMonitor:
             return None
         if self.touching():
             return StopReason.CONTACT
-        if self.uses_sonar and self._older_than(FRESH_S):
+        if self.uses_sonar and (self._echo is None or self._link.now() - self._echo.time_s > FRESH_S):
             self.range_mm(pose)
         return self._stop_reason(pose)
 
@@ -152,10 +152,15 @@ class ObstacleMonitor:
                 self._poll_sonar(pose)
         return StopReason.CONTACT if self._pressed else self._stop_reason(pose)
 
+    def forget_echoes(self) -> None:
+        """Forget the measurements so far: their poses are not in the frame of the next ones."""
+        self._echo = self._started = None
+
     def _stop_reason(self, pose: Pose) -> StopReason | None:
-        if self._echo is None or not self.uses_sonar or self._older_than(self._forgotten_s):
+        echo = self._echo  # another thread may forget it meanwhile
+        if echo is None or not self.uses_sonar or self._link.now() - echo.time_s > self._forgotten_s:
             return None
-        return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
+        return StopReason.OBSTACLE if echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
     def _poll_sonar(self, pose: Pose) -> None:
         """Fetch the measurement that was started last time, and start the next."""
@@ -180,6 +185,3 @@ class ObstacleMonitor:
     @property
     def _forgotten_s(self) -> float:
         return MAX_ECHO_AGE_S + (ROUND_TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
-
-    def _older_than(self, age_s: float) -> bool:
-        return self._echo is None or self._link.now() - self._echo.time_s > age_s

@@ -69,6 +69,7 @@ class Odometry:
         self.last: Sample | None = None
         self.still_since_s = math.inf
         self._wheels = wheels
+        self._jumps_deg = 0.0
         self._lock = threading.Lock()
 
     def update(self, reading: Sample) -> bool:
@@ -97,6 +98,7 @@ class Odometry:
         for name, value in asdict(of_type("pose", pose, Pose)).items():
             in_range(name, value, -POSE_RANGE, POSE_RANGE)
         with self._lock:
+            self._jumps_deg += pose.heading_deg - self.pose.heading_deg
             self.pose = pose
 
     def correct(self, angle_deg: float) -> None:
@@ -110,6 +112,11 @@ class Odometry:
         self.correct(angle_deg)
         with self._lock:
             self._wheels = wheels
+
+    @property
+    def turned_deg(self) -> float:
+        """How far it has turned, corrections included; `set_pose` is not a turn."""
+        return self.pose.heading_deg - self._jumps_deg
 
     @property
     def rest_s(self) -> float:

@@ -246,7 +246,9 @@ class Rover:
     def reset_pose(self, pose: Pose = START) -> None:
         """Set the pose."""
         before = self.pose()
-        self._odometry.set_pose(pose)
+        with self._sensor_lock:
+            self._odometry.set_pose(pose)
+            self._monitor.forget_echoes()
         if self._correction is not None:
             self._correction.rebase(pose.heading_deg - before.heading_deg)
 
@@ -325,7 +327,7 @@ class Rover:
     def _steps(
         self, wheels: list[Wheel], angle_deg: float, profile: SpeedProfile, *, guarded: bool
     ) -> Steps[MotionResult]:
-        begin, begin_mm = self.pose(), self._odometry.distance_mm
+        begin, begin_mm, begin_deg = self.pose(), self._odometry.distance_mm, self._odometry.turned_deg
         for lease in self._leases:
             lease.release()
         if guarded and (reason := self._monitor.check_start(begin)) is not None:
@@ -343,8 +345,7 @@ class Rover:
         )
         stop = yield from move.steps(angle_deg)
         self._align()
-        turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
-        return MotionResult(stop, self._odometry.distance_mm - begin_mm, turned_deg)
+        return MotionResult(stop, self._odometry.distance_mm - begin_mm, self._odometry.turned_deg - begin_deg)
 
     def _read_wheels(self) -> None:
         self._update(sample(self._link, *self._ports))

@@ -341,6 +341,25 @@ def test_reversed_motors_drive_the_other_way(lab):
     assert room.simulation.truth.pose.x_mm == pytest.approx(800, abs=STRAIGHT_TOLERANCE_MM)
 
 
+def test_a_motion_tells_its_turn_even_if_the_pose_is_set_meanwhile(lab):
+    room = lab()
+    rover = Rover(room.brick.link, safety=UNGUARDED)
+    motion = rover.turn(90, wait=False)
+    room.brick.sleep(0.5)
+    rover.reset_pose(Pose(100.0, 0.0, -30.0))
+    assert motion.join().turned_deg == pytest.approx(90, abs=TURN_TOLERANCE_DEG)
+
+
+def test_an_echo_from_before_the_pose_was_set_stops_nothing(lab):
+    room = lab(BOX_AHEAD)
+    rover = room.brick.rover()
+    for x_mm in (0.0, 3000.0, 6000.0):
+        rover.reset_pose(Pose(x_mm, 0.0, 0.0))
+        for _ in range(3):
+            assert rover.drive(100.0, 0.0) is None
+            room.brick.sleep(0.2)
+
+
 def test_one_reversed_motor_is_corrected(lab):
     room = lab()
     rover = Rover(room.brick.link, reversed=(True, False), safety=UNGUARDED)
