@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from itertools import combinations
-from typing import Literal, TypedDict, TypeVar, overload
+from typing import Literal, TypedDict, overload
 
 from behaviors.ports import MotionResult, Pose, SensorListener, StopReason
 from firmware_protocol.direct import GetBatteryLevel
-from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
@@ -22,10 +18,11 @@ from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import SLOWEST_DEG_S, Sample, sample
 from nxtdrive.motion.position_move import PositionMove, SpeedProfile, Wheel, unguarded
+from nxtdrive.motion.rover_ports import check_ports, sensor_at
 from nxtdrive.motion.stall import WATCH_S, StallDetector
 from nxtdrive.motion.wheel_geometry import WheelGeometry
 from nxtdrive.ports import MotorPort, SensorPort, in_range, of_type, output_port
-from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
+from nxtdrive.sensors import Compass, Touch, Ultrasonic
 
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
@@ -43,7 +40,6 @@ STRAIGHT_RANGE_MM = 10_000.0
 DRIVE_RANGE = 1e6
 """Largest speed, mm/s, and turn rate, deg/s, of `drive`: any number that may have been meant."""
 
-S = TypeVar("S", bound=Sensor)
 SAFETY = SafetyLimits()
 START = Pose()
 
@@ -105,9 +101,9 @@ class Rover:
         turn_slip_percent: float = 0.0,
     ) -> None:
         self._ports = (output_port(left), output_port(right))
-        sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
-        heading_sensor = _sensor(link, Compass, compass)
-        _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": heading_sensor})
+        sonar, bumper = sensor_at(link, Ultrasonic, ultrasonic), sensor_at(link, Touch, touch)
+        heading_sensor = sensor_at(link, Compass, compass)
+        check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": heading_sensor})
         wanted = None if settings is None else of_type("settings", settings, DriveSettings)
         self.settings = settings = checked_settings(wheel_diameter_mm, axle_track_mm, wanted)
         self._link = link
@@ -379,22 +375,3 @@ class Rover:
         finally:
             if mine:
                 self._sensor_lock.release()
-
-
-def _sensor(link: Link, kind: type[S], at: SensorPort | S | None) -> S | None:
-    """Return the sensor at a port; a sensor is returned as it is."""
-    if isinstance(at, Sensor):
-        return of_type(kind.__name__.lower(), at, kind)
-    return None if at is None else kind(link, at)
-
-
-def _check_ports(wheels: tuple[OutputPort, OutputPort], sensors: Mapping[str, Sensor | None]) -> None:
-    if wheels[0] == wheels[1]:
-        raise LocalProtocolError(
-            f"left and right both use port {wheels[0].name}.", remedy="Each motor has a port of its own."
-        )
-    for (one, sensor), (other, its_sensor) in combinations(sensors.items(), 2):
-        if sensor and its_sensor and sensor.port == its_sensor.port:
-            raise LocalProtocolError(
-                f"{one} and {other} both use port {sensor.port}.", remedy="Each sensor has its own port."
-            )
