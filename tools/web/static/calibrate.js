@@ -1,6 +1,7 @@
 // The page of calibrations: start, progress, questions, what was found, save.
 
 import { showCamera } from "./camera.js";
+import { element } from "./dom.js";
 import "./nav.js";
 import { brief, connectRobot, find } from "./page.js";
 
@@ -98,10 +99,4 @@ function row({ key, before, after, standard_error }) {
 function short(value) {
   if (value === null) return ""; // it was not known
   return typeof value === "number" ? String(Number(value.toPrecision(Math.abs(value) < 1 ? 2 : 6))) : String(value);
-}
-
-function element(name, text) {
-  const made = document.createElement(name);
-  made.textContent = text;
-  return made;
 }

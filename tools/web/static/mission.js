@@ -1,5 +1,7 @@
 // Missions: start, end, the lines of what the robot does, questions, and why the last decision was made.
 
+import { element } from "./dom.js";
+
 export class Lines {
   constructor(connection, list) {
     this.list = list;
@@ -158,11 +160,4 @@ function cost({ cost_s, best }) {
 
 function chance(value) {
   return value === undefined ? "–" : `${(value * 100).toFixed(0)} %`;
-}
-
-function element(name, text, style = "") {
-  const made = document.createElement(name);
-  made.textContent = text;
-  made.className = style;
-  return made;
 }

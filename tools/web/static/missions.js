@@ -1,5 +1,6 @@
 // The editor of missions: opens, checks while one types, saves.
 
+import { element } from "./dom.js";
 import "./nav.js";
 import { ask, connectRobot, find, notice } from "./page.js";
 import { Photograph } from "./photograph.js";
@@ -89,7 +90,7 @@ async function check() {
   const count = mistakes.length === 1 ? "1 mistake" : `${mistakes.length} mistakes`;
   find("verdict").textContent = mistakes.length ? count : `No mistakes. ${unsaved() ? "Save it to start it." : "Start it on the robot's page."}`;
   find("verdict").className = mistakes.length ? "bad" : "good";
-  find("mistakes").replaceChildren(...[...mistakes, ...warnings.map((each) => `warning: ${each}`)].map(item));
+  find("mistakes").replaceChildren(...[...mistakes, ...warnings.map((each) => `warning: ${each}`)].map((text) => element("li", text)));
 }
 
 function mayLeave() {
@@ -103,10 +104,4 @@ function freeName() {
   let name = NEW;
   for (let number = 2; names.includes(name); number++) name = `new-${number}.toml`;
   return name;
-}
-
-function item(text) {
-  const made = document.createElement("li");
-  made.textContent = text;
-  return made;
 }

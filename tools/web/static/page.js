@@ -1,12 +1,13 @@
 // What pages have in common: the notice, the connection to the server, and STOP.
 
 import { Connection } from "./connection.js";
+import { find } from "./dom.js";
 
 const NOTICE_MS = 8000;
 const CLICKED = "button, input[type=checkbox], input[type=radio]", CHANGED = "select, input[type=range]";
 let lasting = "", hides = 0, byPointer = false;
 
-export const find = (id) => document.getElementById(id);
+export { find };
 
 // stays until the next one; with a time it then gives way to the last one that stays
 export function notice(text, forMs = 0) {

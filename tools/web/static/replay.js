@@ -1,6 +1,7 @@
 // The replay of a run: camera, map, chart, lines and decisions move together.
 
 import { Chart } from "./chart.js";
+import { find } from "./dom.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines } from "./mission.js";
 import "./nav.js";
@@ -8,7 +9,6 @@ import { Player } from "./player.js";
 import { RecordedCamera } from "./replay_camera.js";
 
 const STEP_S = 1; // of the arrow keys
-const find = (id) => document.getElementById(id);
 
 try {
   show(await load());

@@ -1,5 +1,6 @@
 // The list of runs.
 
+import { element } from "./dom.js";
 import "./nav.js";
 import { ask, connectRobot, find, notice } from "./page.js";
 
@@ -24,21 +25,14 @@ function card({ name, mission, ending, achieved, duration_s, targets, map }) {
   }
   const running = ending === "running", since = running ? "for" : "after";
   const result = `${ending.replaceAll("_", " ")}${duration_s === null ? "" : ` ${since} ${length(duration_s)}`}`;
-  link.append(line("strong", mission || name), line("span", result, running ? "" : achieved ? "good" : "bad"));
+  link.append(element("strong", mission || name), element("span", result, running ? "" : achieved ? "good" : "bad"));
   const reached = targets.filter(({ outcome }) => outcome === "reached").length;
-  if (targets.length) link.append(line("span", `${reached} of ${targets.length} targets reached`));
-  link.append(line("small", name));
+  if (targets.length) link.append(element("span", `${reached} of ${targets.length} targets reached`));
+  link.append(element("small", name));
   item.append(link);
   return item;
 }
 
 function length(seconds) {
   return seconds < 60 ? `${seconds.toFixed(0)} s` : `${Math.floor(seconds / 60)} min ${Math.floor(seconds % 60)} s`;
-}
-
-function line(tag, text, style = "") {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  made.className = style;
-  return made;
 }
