@@ -45,7 +45,6 @@ from sim_backend.firmware.vm.devices import Devices
 BOOT_MS = 6000
 """Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
 
-_NAME_LIMIT, _ADDRESS_SIZE = 15, 6
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
 _LONG_MS = 10_000
@@ -97,9 +96,6 @@ class SimBrick:
     ) -> None:
         if firmware not in FIRMWARES:
             raise ValueError(f"firmware must be one of {', '.join(FIRMWARES)}, not {firmware!r}")
-        if len(name) > _NAME_LIMIT or len(address) != _ADDRESS_SIZE:
-            sizes = f"at most {_NAME_LIMIT} characters and {_ADDRESS_SIZE} bytes"
-            raise ValueError(f"name and address must have {sizes}, not {name!r} and {address!r}")
         version = VERSIONS[firmware]
         self.firmware, self.seed = firmware, seed
         self._clock = clock = Clock(BOOT_MS)

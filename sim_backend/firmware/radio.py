@@ -17,6 +17,8 @@ from sim_backend.firmware.radio_operation import STREAM_ENDS_MS, Operation
 
 DEFAULT_NAME = b"NXT"
 
+_ADDRESS_SIZE = 6
+
 _STARTED, _VISIBLE = 1, 2
 """Bits that the start of the radio sets in the map's state of it, one pass after the other."""
 
@@ -36,6 +38,9 @@ _SILENT_MS = 504
 class Radio:
     """Identity and state of the radio.
 
+    Raises:
+        ValueError: Name or address has another size.
+
     Attributes:
         own_address: Six bytes.
         address: The firmware's copy of the address.
@@ -51,6 +56,9 @@ class Radio:
     sends_reply: Callable[[], bool]
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
+        if len(name) >= NAME_SIZE or len(address) != _ADDRESS_SIZE:
+            sizes = f"at most {NAME_SIZE - 1} characters and {_ADDRESS_SIZE} bytes"
+            raise ValueError(f"name and address must have {sizes}, not {name!r} and {address!r}")
         self._clock = clock
         self.own_address = self.address = address
         self._name = self._stored_name = _padded(name)
