@@ -20,13 +20,15 @@ class PolicyTuning:
     Attributes:
         shortest_wait_s: Shorter waits are not proposed.
         worth_a_look: A rescan with a smaller chance is not proposed while there is another viewpoint.
-        unknown_mm: A detour over this much unknown floor is estimated to be passable with probability 1/e. How often
-            such detours succeed is counted.
+        beside_still_mm: A detour around a still object over this much unknown floor is estimated to be passable with
+            probability 1/e. How often such detours succeed is counted.
+        beside_moving_mm: The same around one that moves: people come through doors, and beside a door is a wall.
     """
 
     shortest_wait_s: float = 0.5
     worth_a_look: float = 0.02
-    unknown_mm: float = 100.0
+    beside_still_mm: float = 1000.0
+    beside_moving_mm: float = 100.0
 
 
 TUNING = PolicyTuning()
@@ -103,8 +105,9 @@ class AdaptivePolicy:
             return
         past, around = None, "there is no path around it"
         if detour:
-            known = math.exp(-detour.unknown_mm / TUNING.unknown_mm)
-            chance, situation = self.chances.of(DETOUR, evidence, known)
+            passable_mm = TUNING.beside_moving_mm if blocker.moving else TUNING.beside_still_mm
+            passable = math.exp(-detour.unknown_mm / passable_mm)
+            chance, situation = self.chances.of(DETOUR, evidence, passable)
             around = f"going round takes {detour.extra_s:.0f} s longer, with a chance of {chance:.0%}"
             choice = Choice(DETOUR, f"{around}, and waiting is not expected to pay", route=detour.route)
             past = Candidate(choice, detour.extra_s, chance, situation=situation)

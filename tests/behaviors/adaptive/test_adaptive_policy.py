@@ -47,7 +47,8 @@ def _blocked(blocker: Blocker, extra_s: float | None, unknown_mm: float = 0.0, *
         pytest.param(_blocked(PERSON, 2.0), DETOUR, id="a short way round is gone at once"),
         pytest.param(_blocked(PERSON, 25.0), WAIT, id="a person may leave sooner than a long detour takes"),
         pytest.param(_blocked(PERSON, None), WAIT, id="without a way round it waits"),
-        pytest.param(_blocked(PERSON, 4.0, unknown_mm=600.0), WAIT, id="a way round over unknown floor may be a wall"),
+        pytest.param(_blocked(PERSON, 4.0, unknown_mm=600.0), WAIT, id="beside a person in a door there is a wall"),
+        pytest.param(_blocked(LOW, 4.0, unknown_mm=600.0), DETOUR, id="beside furniture there is floor"),
         pytest.param(_blocked(PERSON, 25.0, targets_left=2, spent_s=LONG), WAIT, id="what was found is not given up"),
         pytest.param(_blocked(PERSON, 25.0, repeats={WAIT.name: 2}), DETOUR, id="waiting did not help twice"),
         pytest.param(
