@@ -34,11 +34,11 @@ def test_mistakes_are_reported(arguments, says, capsys):
 
 def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, capsys):
     file = tmp_path / "classroom.toml"
-    file.write_text('[[robot]]\nname = "Ada"\nnxt = "usv://"\n[[robot]]\nname = ""\ncolour = 3\n', encoding="utf-8")
+    file.write_text('[[robot]]\nname = "Ada"\nnxt = "usv://"\n[[robot]]\nname = ""\ncolor = 3\n', encoding="utf-8")
     assert main(["web", "--port", "0", "--classroom", str(file)]) == 2
     error = capsys.readouterr().err
     assert "3 mistakes" in error
-    for part in ("robot[0].nxt", "robot[1].name", "robot[1].colour"):
+    for part in ("robot[0].nxt", "robot[1].name", "robot[1].color"):
         assert part in error
 
 

@@ -103,7 +103,7 @@ class ClassroomServer:
     def _hello(self, client: Client) -> dict[str, object]:
         config = self.classroom.config
         robots = [
-            {"name": each.name, "colour": each.colour, "address": str(each.address), "mission": each.mission}
+            {"name": each.name, "color": each.color, "address": str(each.address), "mission": each.mission}
             for each in config.robots
         ]
         return {

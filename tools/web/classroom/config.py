@@ -27,7 +27,7 @@ from ..missions import Missions, is_device
 MAX_ROBOTS = 30
 """Maximum number of robots in a classroom."""
 DEFAULT_WORLD = "arena"
-COLOURS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8a6d00", "#c2185b", "#4a5568", "#5d4037")
+COLORS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8a6d00", "#c2185b", "#4a5568", "#5d4037")
 """Colours of robots for which none is given, in order."""
 NAME = r"^\w(?:[\w -]{0,38}\w)?$"
 """A robot's name is also a folder's, on every system."""
@@ -56,7 +56,7 @@ class RobotTable(_Table):
 
     Attributes:
         name: Shown on the page, and the name of the folder of its runs.
-        colour: Of its tile, ``#rrggbb``.
+        color: Of its tile, ``#rrggbb``.
         nxt: Address of its brick; a simulated one by default.
         camera: As for ``nxtdrive run``. A simulated robot finds its targets by geometry unless this is ``sim``.
         mission: File of the mission that is proposed for it.
@@ -64,7 +64,7 @@ class RobotTable(_Table):
     """
 
     name: Annotated[str, Field(pattern=NAME)]
-    colour: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = None
+    color: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = None
     nxt: BrickAddress | None = None
     camera: str | None = None
     mission: str | None = None
@@ -102,7 +102,7 @@ class RobotEntry:
 
     Attributes:
         name: Of the robot, and of the folder of its runs.
-        colour: ``#rrggbb``.
+        color: ``#rrggbb``.
         address: Of its brick.
         camera: As for ``nxtdrive run``, or "geometric"; None for the first webcam.
         mission: The mission file that is proposed for it; empty for the built-in one.
@@ -110,7 +110,7 @@ class RobotEntry:
     """
 
     name: str
-    colour: str
+    color: str
     address: Address
     camera: str | None = GEOMETRIC
     mission: str = ""
@@ -204,7 +204,7 @@ def _sentence(problem: Problem) -> str:
     if problem.kind != "string_pattern_mismatch":
         return problem.sentence
     where = key_path(problem.location)
-    if problem.location[-1] == "colour":
+    if problem.location[-1] == "color":
         return f'{where}: a colour is written "#rrggbb", as in "#c4161c"'
     return f"{where}: at most 40 letters, digits, spaces, - and _, with a letter or digit at both ends"
 
@@ -213,18 +213,18 @@ def _config(file: ClassroomFile, world: str, missions: Path, runs: Path) -> Clas
     names = islice(_free_names(table.name for table in file.robot), file.classroom.simulated)
     tables = [*file.robot, *(RobotTable(name=name) for name in names)]
     robots = tuple(
-        _entry(table, COLOURS[seed % len(COLOURS)], Address("sim", world, {"seed": str(seed), "pace": "realtime"}))
+        _entry(table, COLORS[seed % len(COLORS)], Address("sim", world, {"seed": str(seed), "pace": "realtime"}))
         for seed, table in enumerate(tables)
     )
     return ClassroomConfig(file.classroom.name, robots, runs, missions)
 
 
-def _entry(table: RobotTable, colour: str, simulated: Address) -> RobotEntry:
+def _entry(table: RobotTable, color: str, simulated: Address) -> RobotEntry:
     address = table.nxt or simulated
     is_simulated = address.scheme == "sim"
     return RobotEntry(
         name=table.name,
-        colour=table.colour or colour,
+        color=table.color or color,
         address=address,
         camera=table.camera or (GEOMETRIC if is_simulated else None),
         mission=table.mission or "",

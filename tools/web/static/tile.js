@@ -3,13 +3,13 @@
 import { sayEmpty } from "./camera.js";
 
 export class Tile {
-  constructor({ name, colour }, connection, chosen) {
+  constructor({ name, color }, connection, chosen) {
     this.name = name;
     this.running = false;
     this.element = document.getElementById("tile").content.firstElementChild.cloneNode(true);
     this.part = (selector) => this.element.querySelector(selector);
     this.element.dataset.name = name;
-    this.element.style.setProperty("--mark", colour);
+    this.element.style.setProperty("--mark", color);
     const page = `robot/${encodeURIComponent(name)}/`;
     this.part(".name").textContent = name;
     this.part(".name").href = this.part(".view").href = page;

@@ -52,7 +52,7 @@ def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
         world = "open"
         [[robot]]
         name = "Robot 1"
-        colour = "#123456"
+        color = "#123456"
         nxt = "usb://0016530A1B2C"
         camera = "0"
         fall_back = true
@@ -64,7 +64,7 @@ def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
     )
     assert [robot.name for robot in config.robots] == ["Robot 1", "Zoë", "Robot 2", "Robot 3"]
     real, own_world, made, _ = config.robots
-    assert (str(real.address), real.camera, real.colour) == ("usb://0016530A1B2C", "0", "#123456")
+    assert (str(real.address), real.camera, real.color) == ("usb://0016530A1B2C", "0", "#123456")
     assert (real.stand_in.target, own_world.stand_in) == ("open", None)
     assert (str(own_world.address), own_world.camera) == ("sim://room?seed=9&pace=realtime", "sim")
     assert (made.address.target, made.camera) == ("open", "geometric")
@@ -102,7 +102,7 @@ def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
 
 
 def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong(tmp_path):
-    text = '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolour = "red"'
+    text = '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolor = "red"'
     with pytest.raises(ConfigError) as raised:
         _read(tmp_path, text)
     for part in ("2 mistakes", "2 robots have the name 'ada'", "#rrggbb"):
@@ -119,8 +119,8 @@ def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong
         ('[[robot]]\nname = "../up"', "letters, digits"),
         ('[[robot]]\nname = ""', "letters, digits"),
         ('[[robot]]\nname = "Ada "', "letters, digits"),
-        ('[[robot]]\nname = "Ada"\ncolour = "red"', "#rrggbb"),
-        ('[[robot]]\nname = "Ada"\ncolor = "#ffffff"', "colour"),
+        ('[[robot]]\nname = "Ada"\ncolor = "red"', "#rrggbb"),
+        ('[[robot]]\nname = "Ada"\ncolour = "#ffffff"', "color"),
         ('[[robot]]\nname = "Ada"\nnxt = "what is this"', "not an address"),
         ('[[robot]]\nname = "Ada"\nnxt = "usv://"', "usb://"),
         ('[[robot]]\nname = "Ada"\nnxt = 7', "text in quotes"),

@@ -102,7 +102,7 @@ def test_a_page_is_greeted_with_the_robots_and_missions(tmp_path):
     assert (hello["type"], hello["version"], hello["name"], hello["missions"]) == ("hello", 1, "7b", ["quick.toml"])
     assert hello["profiles"] == ["thesis", "adaptive"]
     assert hello["robots"] == [
-        {"name": "Ada", "colour": "#c4161c", "address": "sim://open?pace=realtime", "mission": "quick.toml"}
+        {"name": "Ada", "color": "#c4161c", "address": "sim://open?pace=realtime", "mission": "quick.toml"}
     ]
 
 
