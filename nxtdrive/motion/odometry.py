@@ -101,17 +101,12 @@ class Odometry:
             self._jumps_deg += pose.heading_deg - self.pose.heading_deg
             self.pose = pose
 
-    def correct(self, angle_deg: float) -> None:
-        """Add `angle_deg` to the heading and begin a new `since_correction`."""
+    def correct(self, angle_deg: float, wheels: WheelGeometry | None = None) -> None:
+        """Add `angle_deg` to the heading, begin a new `since_correction`, and go on with other `wheels` if given."""
         with self._lock:
+            self._wheels = wheels or self._wheels
             self.pose = Pose(self.pose.x_mm, self.pose.y_mm, self.pose.heading_deg + angle_deg)
             self.since_correction = NO_MOTION
-
-    def recalibrate(self, wheels: WheelGeometry, angle_deg: float) -> None:
-        """Go on with another geometry of the wheels, after a correction of the heading by `angle_deg`."""
-        self.correct(angle_deg)
-        with self._lock:
-            self._wheels = wheels
 
     @property
     def turned_deg(self) -> float:

@@ -257,7 +257,7 @@ class Rover:
         """
         wheels = replace(self._wheels, track_mm=self._wheels.track_mm / in_range("scale", scale, 0.5, 2))
         self._wheels = wheels
-        self._odometry.recalibrate(wheels, (scale - 1.0) * angle_deg)
+        self._odometry.correct((scale - 1.0) * angle_deg, wheels)
 
     def range_mm(self) -> float | None:
         """Measure the distance ahead, millimetres; None without an echo or without a sonar."""
