@@ -60,7 +60,11 @@ class Assistant:
 
     def look(self) -> bytes:
         """Return the camera's next picture as JPEG; while a mission is paused its latest one."""
-        picture = _next(self.robot.picture)
+        self.status_hub.small_pictures = True  # with geometric vision nothing else asks for frames
+        try:
+            picture = _next(self.robot.picture)
+        finally:
+            self.status_hub.small_pictures = False
         if picture is None:
             raise ValueError("The camera delivers no frames.")
         return jpeg(picture)

@@ -100,6 +100,14 @@ def test_the_status_after_a_motion_is_not_that_before_it(fast):
     _converse(fast, talk)
 
 
+def test_it_looks_where_targets_are_found_by_geometry(quick):
+    async def talk(call: Call) -> None:
+        picture = await call("look")
+        assert picture.mime_type == "image/jpeg"
+
+    _converse(quick, talk)
+
+
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 def test_it_looks_drives_and_reads_the_sensors(fast, mode):
     async def talk(call: Call) -> None:
