@@ -11,7 +11,6 @@ import os
 import selectors
 import socket
 import threading
-import time
 
 CONNECT_S = 5.0
 LENGTH_SIZE = 2
@@ -50,11 +49,9 @@ class SocketCable:
 
     def read(self, timeout_s: float | None) -> bytes | None:
         """Return the next packet, or None on timeout; a partial packet is kept for the next call."""
-        end_s = None if timeout_s is None else time.monotonic() + timeout_s
         with self._reading:
             while (packet := self._whole()) is None:
-                left_s = None if end_s is None else end_s - time.monotonic()
-                if not _ready(self._socket, selectors.EVENT_READ, left_s):
+                if not _ready(self._socket, selectors.EVENT_READ, timeout_s):
                     return None
                 data = self._socket.recv(4096)
                 if not data:

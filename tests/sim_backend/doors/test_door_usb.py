@@ -4,7 +4,6 @@ import contextlib
 import errno
 import socket
 import threading
-import time
 
 import pytest
 import usb.core
@@ -178,21 +177,6 @@ def test_a_packet_may_come_in_pieces_and_several_at_once(far_end):
     assert cable.read(0.01) is None
     end.sendall(frame(b"one")[3:] + frame(b"two") + frame(b"three"))
     assert [cable.read(10) for _ in range(3)] == [b"one", b"two", b"three"]
-
-
-def test_a_packet_that_drips_in_is_a_timeout_as_well(far_end):
-    cable, end = far_end()
-
-    def drip():
-        for byte in frame(b"slowly"):
-            end.sendall(bytes([byte]))
-            time.sleep(0.05)
-
-    thread = threading.Thread(target=drip)
-    thread.start()
-    assert cable.read(0.1) is None
-    thread.join()
-    assert cable.read(10) == b"slowly"
 
 
 def test_a_packet_goes_out_with_its_length(far_end):
