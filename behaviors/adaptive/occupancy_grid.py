@@ -32,7 +32,7 @@ Grid = NDArray[np.float32]
 _LAYERS = {
     "log_odds": np.float32(0.0),
     "_echo_heading_deg": np.float32(np.nan),
-    **dict.fromkeys(("_swept", "_was_free", "_appeared", "_unseen", "seen"), np.False_),
+    **dict.fromkeys(("_swept", "_was_free", "_appeared", "_unseen", "_grazed", "seen"), np.False_),
 }
 """What is known of the cells, and its value where nothing is."""
 
@@ -63,6 +63,7 @@ class OccupancyGrid:
     _was_free: Mask
     _appeared: Mask
     _unseen: Mask
+    _grazed: Mask
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
         self.cells = Cells()
@@ -115,6 +116,7 @@ class OccupancyGrid:
                 self._was_free |= self._swept & (self.log_odds < TUNING.freest_no_echo)
                 self._appeared &= self.log_odds > 0.0
                 self._unseen &= self.log_odds > 0.0
+                self._grazed &= self.log_odds > 0.0
                 self.seen &= self.log_odds > 0.0
                 decay_s = np.where(self._appeared, TUNING.appeared_decay_s, TUNING.decay_s)
                 self.log_odds *= np.exp((self._time_s - now_s) / decay_s)
@@ -298,8 +300,10 @@ class OccupancyGrid:
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
             window, inside = self.cells.disc(*saw, TUNING.grazed_mm)
+            known = self._grazed[window][inside].any() or (self.log_odds[window][inside] > TUNING.solid).all()
+            self._grazed[window] |= inside
         # if the mark was that large before and the robot kept away from it, it has met something else
-        if saw is None or (self.log_odds[window][inside] > TUNING.solid).all():
+        if saw is None or known:
             place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * TUNING.block_beyond)
             self.include(place, margin_mm=TUNING.block_radius_mm)
             window, inside = self.cells.disc(*place, TUNING.block_radius_mm)

@@ -286,6 +286,16 @@ def test_a_robot_that_kept_away_from_what_it_saw_has_touched_something_else():
     assert _evidence_at(floor, 930.0, 160.0) > GRID.solid
 
 
+def test_what_was_touched_before_is_larger_though_the_robot_has_stood_on_part_of_its_mark():
+    floor, pose = OccupancyGrid(), Pose(850.0)
+    _look(floor, _view(1000.0))
+    floor.mark_obstacle(pose, 0.0)
+    floor.clear_footprint(Pose(880.0))  # odometry errs
+    assert _evidence_at(floor, 960.0) < 0.0
+    floor.mark_obstacle(pose, 0.0)
+    assert _evidence_at(floor, 1160.0, 160.0) > GRID.solid
+
+
 @pytest.mark.parametrize("tilt_deg", [6.0, 7.0, 8.0])
 def test_a_camera_that_is_tilted_far_more_than_usual_is_learned_too(tilt_deg):
     ranges = _ranges()
