@@ -183,7 +183,7 @@ class ApproachSkill:
         """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
         range_mm = PERCEPTION.blocker_mm if observation.range_mm is None else observation.range_mm
-        moving = world.echoes.moves(world.pose, range_mm)
+        moving = world.echoes.appeared(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=moving, hides=hides)
         return arrive_failed(reason, observation, blocker, hides=hides, moves=moving)
 

@@ -1,11 +1,10 @@
-"""The sonar's last beams: whether their source moves."""
+"""The sonar's last beams: whether something stepped into a place that they showed to be free."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from dataclasses import dataclass
-from itertools import pairwise
 
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
@@ -23,10 +22,6 @@ class EchoTuning:
         past_mm: An echo from this much farther than a place says that the place is free; no echo may mean a slanted
             side.
         beams: Number of such beams in a row that are needed.
-        comes_s: A source comes nearer if it does so several times within this time.
-        comes: Number of times that are needed.
-        comes_mm: Each time it comes nearer by more than this and what the robot drove.
-        comes_deg: Each time the robot turns by no more than this, since the beam sweeps along slanted sides.
     """
 
     kept_s: float = 8.0
@@ -35,10 +30,6 @@ class EchoTuning:
     farthest_mm: float = 1300.0
     past_mm: float = 250.0
     beams: int = 3
-    comes_s: float = 1.5
-    comes: int = 3
-    comes_mm: float = 60.0
-    comes_deg: float = 3.0
 
 
 TUNING = EchoTuning()
@@ -62,22 +53,7 @@ class RecentEchoes:
         while self._beams and self._beams[0][0] < now_s - TUNING.kept_s:
             self._beams.popleft()
 
-    def moves(self, pose: Pose, range_mm: float) -> bool:
-        """Return whether the source of an echo moves: it appeared, or came nearer by itself."""
-        return self._appeared(pose, range_mm) or self._comes_nearer()
-
-    def _comes_nearer(self) -> bool:
-        """Return whether the last echoes came nearer, again and again, by more than the robot drove."""
-        since_s = self._beams[-1][0] - TUNING.comes_s if self._beams else 0.0
-        last = [(pose, range_mm) for time_s, pose, range_mm in self._beams if time_s > since_s]
-        times = 0
-        for (before, far_mm), (pose, near_mm) in pairwise(last):
-            turned_deg = abs(wrapped_deg(pose.heading_deg - before.heading_deg))
-            driven_mm = before.distance_mm_to(pose)
-            times += turned_deg <= TUNING.comes_deg and far_mm - near_mm - driven_mm > TUNING.comes_mm
-        return times >= TUNING.comes
-
-    def _appeared(self, pose: Pose, range_mm: float) -> bool:
+    def appeared(self, pose: Pose, range_mm: float) -> bool:
         """Return whether the source of an echo came within the last seconds: all of its arc was free.
 
         `OccupancyGrid.appeared` says it of the whole mission.
