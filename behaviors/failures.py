@@ -15,7 +15,7 @@ class Blocker:
     Attributes:
         range_mm: How far ahead of the sonar it is.
         age_s: How long it has been known; 0 in a skill's report, which the world model completes.
-        moving: Whether it was not there a moment ago.
+        moving: Whether it appeared while the robot watched, now or since it has been known.
         hides: Whether it hides the target from the camera. If the camera sees past it, it is likely to be furniture.
         bearing_deg: Its direction from the robot's front.
     """

@@ -183,9 +183,9 @@ class ApproachSkill:
         """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
         range_mm = PERCEPTION.blocker_mm if observation.range_mm is None else observation.range_mm
-        moving = world.echoes.appeared(world.pose, range_mm)
-        blocker = Blocker(range_mm, moving=moving, hides=hides)
-        return arrive_failed(reason, observation, blocker, hides=hides, moves=moving)
+        sudden = world.echoes.appeared(world.pose, range_mm)
+        blocker = Blocker(range_mm, moving=sudden, hides=hides)
+        return arrive_failed(reason, observation, blocker, hides=hides, sudden=sudden)
 
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""

@@ -302,7 +302,7 @@ class OccupancyGrid:
             window, inside = self.cells.disc(*saw, TUNING.grazed_mm)
             known = self._grazed[window][inside].any() or (self.log_odds[window][inside] > TUNING.solid).all()
             self._grazed[window] |= inside
-        # if the mark was that large before and the robot kept away from it, it has met something else
+        # if the mark was that large before, or was touched before, the robot has met something else or something larger
         if saw is None or known:
             place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * TUNING.block_beyond)
             self.include(place, margin_mm=TUNING.block_radius_mm)

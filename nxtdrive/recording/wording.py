@@ -51,7 +51,7 @@ MEASURED = {
     "distance_mm": "by its size {:.0f} mm",
     "hides": "hides the target",
     "remembered": "it is on the map",
-    "moves": "it moves",
+    "sudden": "it appeared suddenly",
     "touching": "it touches the bumper",
     "touched": "the robot touched it",
 }

@@ -92,7 +92,7 @@ class Hub:
     """Distributes messages to clients; all methods may be called from any thread.
 
     Attributes:
-        small_pictures: Whether a page that is not a client shows the camera's picture, small and slow.
+        small_pictures: Whether the camera's picture is wanted, slowly, by a page or a program that is not a client.
     """
 
     def __init__(self) -> None:
