@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
@@ -42,6 +43,15 @@ class WorldTuning:
 TUNING = WorldTuning()
 
 
+class _LastBlocker(NamedTuple):
+    """The blocker of the last failure that had one: where, since when and until when it was known, and if it moves."""
+
+    place: Point
+    since_s: float
+    last_s: float
+    moving: bool
+
+
 class WorldModel:
     """Everything known in one mission.
 
@@ -76,7 +86,7 @@ class WorldModel:
         self.blocker: Blocker | None = None
         self.travel_mm_s = mission.adaptive.travel_mm_s
         self.paths = self.paths_from_here()
-        self._blocked: tuple[Point, float, float, bool] | None = None
+        self._last: _LastBlocker | None = None
 
     @property
     def here(self) -> Point:
@@ -179,28 +189,30 @@ class WorldModel:
         """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""
         blocker = failure.blocker
         if blocker is None:
-            return self._last_blocker(now_s) if failure.reason is Reason.NO_WAY else None
+            return self._blocker_of_no_path(now_s) if failure.reason is Reason.NO_WAY else None
         if blocker.range_mm <= TUNING.marked_mm and not failure.mapped:
             self.floor.mark_obstacle(self.pose, blocker.range_mm)
         place = self.pose.ahead(self.floor.sonar_forward_mm + blocker.range_mm)
-        since_s, moving = now_s, blocker.moving
-        if self._blocked is not None:
-            before, begun_s, last_s, moved = self._blocked
-            if math.dist(before, place) < TUNING.same_blocker_mm and now_s - last_s < TUNING.same_blocker_s:
-                since_s, moving = begun_s, moving or moved
-        self._blocked = (place, since_s, now_s, moving)
+        since_s, moving, last = now_s, blocker.moving, self._recent_blocker(now_s)
+        if last is not None and math.dist(last.place, place) < TUNING.same_blocker_mm:
+            since_s, moving = last.since_s, moving or last.moving
+        self._last = _LastBlocker(place, since_s, now_s, moving)
         return replace(blocker, age_s=now_s - since_s, moving=moving)
 
-    def _last_blocker(self, now_s: float) -> Blocker | None:
+    def _recent_blocker(self, now_s: float) -> _LastBlocker | None:
+        last = self._last
+        return last if last is not None and now_s - last.last_s < TUNING.same_blocker_s else None
+
+    def _blocker_of_no_path(self, now_s: float) -> Blocker | None:
         """Return the last blocker, if it moves and the robot is still near it: it may be why there is no path."""
-        if self._blocked is None:
+        last = self._recent_blocker(now_s)
+        if last is None or not last.moving:
             return None
-        place, since_s, last_s, moving = self._blocked
-        bearing_deg, away_mm = self.pose.polar_to(place)
+        bearing_deg, away_mm = self.pose.polar_to(last.place)
         range_mm = away_mm - self.floor.sonar_forward_mm
-        if not moving or now_s - last_s >= TUNING.same_blocker_s or range_mm > TUNING.watched_mm:
+        if range_mm > TUNING.watched_mm:
             return None
-        return Blocker(range_mm, now_s - since_s, moving, hides=True, bearing_deg=bearing_deg)
+        return Blocker(range_mm, now_s - last.since_s, moving=True, hides=True, bearing_deg=bearing_deg)
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
         """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as its wheels said.
