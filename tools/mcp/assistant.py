@@ -66,7 +66,9 @@ class Assistant:
         finally:
             self.status_hub.small_pictures = False
         if picture is None:
-            raise ValueError("The camera delivers no frames.")
+            raise ValueError(
+                "The camera delivers no frames. Plug it in again, or start `nxtdrive mcp` with another --camera."
+            )
         return jpeg(picture)
 
     def drive(self, distance_mm: float) -> ShortMotion:
