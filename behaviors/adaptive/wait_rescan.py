@@ -62,7 +62,10 @@ class WaitSkill:
             self._limit_mm = min(TUNING.blocked_mm, blocker.range_mm + TUNING.left_mm)
 
     def call(self) -> Fact:
-        """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
+        """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED.
+
+        While the sonar seems dead, nothing shows that the path is free.
+        """
         perception = self._perception
         body = perception.context.body
         body.stop()
@@ -92,6 +95,8 @@ class WaitSkill:
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _blocked(self, observation: Observation) -> bool:
+        if self._perception.sonar.silent:
+            return True
         world = self._perception.world
         known = world.targets.known.get(self._perception.target)
         limit_mm = self._limit_mm

@@ -261,6 +261,17 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
     assert WaitSkill(perception, 3.0).call().event is ends
 
 
+@pytest.mark.parametrize(("works", "ends"), [(True, Event.RECOVERY_DONE), (False, Event.RECOVERY_FAILED)])
+def test_without_a_sonar_nothing_shows_that_a_blocker_has_left(bench, mocker, works, ends):
+    perception = bench.profile._perception
+    mocker.patch.object(perception.context.vision, "glance", return_value=Glimpse(0.0, {}))
+    perception.step()
+    mocker.patch.object(type(perception.sonar), "silent", new=not works)
+    mocker.patch.object(perception.context.body, "range_mm", return_value=None)
+    bench.world.blocker = Blocker(150.0)
+    assert WaitSkill(perception, 3.0).call().event is ends
+
+
 @pytest.mark.parametrize("bearing_deg", [0.0, 80.0, -150.0])
 def test_a_wait_watches_the_blocker(bench, mocker, bearing_deg):
     perception = bench.profile._perception
