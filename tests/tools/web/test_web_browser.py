@@ -64,6 +64,11 @@ Promise.all([import("./connection.js"), import("./map.js")]).then(([{ Connection
 """
 """Shows the same messages on a map that the test can read."""
 
+ECHOES_OUTSIDE = """
+const [x0, x1, y0, y1] = map.box;
+return [...map.echoes.values()].filter(([x, y]) => x < x0 || x > x1 || y < y0 || y > y1);
+"""
+
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.xdist_group("browser"),
@@ -199,6 +204,8 @@ def test_after_a_mission_the_map_continues_where_the_robot_stands(browser, tmp_p
         _until(browser, "lines", "lena reached")
         WebDriverWait(browser, WAIT_S).until(lambda page: page.execute_script("return window.after === true"))
         path, pose, origin = browser.execute_script("return [map.path, map.pose, map.room.origin]")
+        outside = browser.execute_script(ECHOES_OUTSIDE)
+    assert outside == [], "echoes lie beyond the part of the map that is drawn"
     assert math.hypot(*pose[:2]) > 500, "the robot drove to the target"
     assert origin == pytest.approx(pose, abs=1), "the true room lies elsewhere"
     assert max(math.dist(a[:2], b[:2]) for a, b in pairwise(path)) < 300, "the path jumps"

@@ -65,6 +65,7 @@ export class FloorMap {
     if (range !== null && range < FARTHEST_ECHO_MM) {
       const at = ahead(pose, range + this.robot.sonar_forward_mm, 0);
       this.echoes.set(at.map((mm) => Math.round(mm / 40)).join(), at);
+      this.include(at);
     }
     this.include(pose);
     this.draw();

@@ -2,6 +2,8 @@
 
 import { element } from "./dom.js";
 
+const SECONDS_SHOWN = 10000; // an expected time beyond this is shown as "never", as in the terminal
+
 export class Lines {
   constructor(connection, list) {
     this.list = list;
@@ -150,7 +152,7 @@ export function choices(select, options, proposed = options[0][0]) {
 
 function seconds(value) {
   if (value === undefined) return "–";
-  return value === null ? "never" : `${value.toFixed(0)} s`;
+  return value === null || value > SECONDS_SHOWN ? "never" : `${value.toFixed(0)} s`;
 }
 
 // mean time to the targets that were left, as nxtdrive what-if found it
