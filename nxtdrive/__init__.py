@@ -58,12 +58,9 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has that name
     if name == "__version__":
-        from importlib.metadata import PackageNotFoundError, version  # slow to import
+        from nxtdrive.version import installed_version
 
-        try:
-            return version("nxtdrive")
-        except PackageNotFoundError:
-            return "0+checkout"
+        return installed_version()
     for module, names in _HOMES.items():
         if name in names:
             value = globals()[name] = getattr(import_module(module), name)

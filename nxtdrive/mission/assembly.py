@@ -23,6 +23,7 @@ from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.record import brick_address
+from nxtdrive.version import installed_version
 from nxtdrive.vision.target_vision import CameraVision, OnLook
 
 if TYPE_CHECKING:
@@ -204,6 +205,7 @@ class MissionRun:
 
     def _details(self) -> dict[str, object]:
         return {
+            "nxtdrive": installed_version(),
             "mission": self._mission.mission.name,
             "nxt": self.robot.address,
             "camera": self.robot.source,

@@ -14,6 +14,7 @@ from pathlib import Path
 import cv2
 import pytest
 
+import nxtdrive
 from behaviors.mission import MissionTable
 from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.profiles.registry import PROFILES
@@ -63,6 +64,7 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert {"move_to", "wait", "left", "reached"} <= set(entered)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is True
+    assert summary["nxtdrive"] == nxtdrive.__version__
     assert [target["outcome"] for target in summary["targets"]] == ["reached", "reached"]
     assert cv2.imread(str(folder / "map.png")) is not None
 
