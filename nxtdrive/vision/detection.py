@@ -18,7 +18,7 @@ Box = tuple[int, int, int, int]
 """Left, top, width, height in pixels. The box of a target at the edge may extend beyond the frame."""
 
 Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
-"""Corners (u, v) in pixels: top left, top right, bottom right, bottom left as seen on the upright target."""
+"""Corners (u, v) in pixels: top left, top right, bottom right, bottom left, as the target hangs."""
 
 SAME_OVERLAP = 0.3
 """Detections whose boxes overlap at least this much, as `overlap` computes it, are of one place."""
@@ -90,6 +90,14 @@ def quad_of(corners: NDArray[Any]) -> Quad:
     """Return corners, (4, 2), the columns u and v in pixels, as a quad."""
     a, b, c, d = ((float(u), float(v)) for u, v in corners)
     return a, b, c, d
+
+
+def upright_quad_of(corners: NDArray[Any]) -> Quad:
+    """Return the corners of a square target, (4, 2), clockwise from the one that is at the top left in the frame.
+
+    A sheet may hang turned, and a square one does not show which of its sides should be up.
+    """
+    return quad_of(np.roll(corners, -int(np.argmin(corners.sum(axis=1))), axis=0))
 
 
 def overlap(a: Box, b: Box) -> float:

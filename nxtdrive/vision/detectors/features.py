@@ -85,6 +85,8 @@ class FeatureMatcher:
         score = self._resemblance(image, corners)
         if score < MIN_COLOR_CORRELATION:
             return []
+        if corners[:2, 1].mean() > corners[2:, 1].mean():  # it hangs upside down
+            corners = np.roll(corners, 2, axis=0)
         quad = quad_of(corners)
         return [Detection(box_of(quad), min(1.0, score), quad)]
 

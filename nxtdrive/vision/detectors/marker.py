@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of, quad_of
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of, upright_quad_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 DEFAULT_FAMILY = "aruco_4x4_50"
@@ -60,4 +60,4 @@ def from_spec(spec: DetectorSpec) -> MarkerDetector:
 
 def _quad(corners: cv2.typing.MatLike) -> Quad:
     """Convert OpenCV's corners, whose origin is the centre of the first pixel, to the image's corner as origin."""
-    return quad_of(np.asarray(corners, np.float64) + 0.5)
+    return upright_quad_of(np.asarray(corners, np.float64) + 0.5)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import is_utf_8
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of, quad_of
+from nxtdrive.vision.detection import Detection, Image, box_of, upright_quad_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 Gray = NDArray[np.uint8]
@@ -69,7 +69,7 @@ class QrDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return every copy of the code in the frame, the largest first."""
-        quads = [_quad(corners) for text, corners in self.codes(image) if text == self._text]
+        quads = [upright_quad_of(corners) for text, corners in self.codes(image) if text == self._text]
         return sorted((Detection(box_of(quad), 1.0, quad) for quad in quads), key=lambda each: -each.box[3])
 
     def codes(self, image: Image) -> list[tuple[str, Corners]]:
@@ -137,9 +137,3 @@ def _sharpened(gray: Gray, zoom: float, amount: float) -> Gray:
     """Return a picture with sharper edges; `zoom` of its pixels were one in the frame."""
     values = gray.astype(np.float32)
     return np.clip(values + amount * (values - cv2.GaussianBlur(values, (0, 0), zoom)), 0, 255).astype(np.uint8)
-
-
-def _quad(corners: Corners) -> Quad:
-    """Return the corners with the one first that is at the top left in the frame: a sheet may hang turned."""
-    start = int(np.argmin(corners.sum(axis=1)))
-    return quad_of(np.roll(corners, -start, axis=0))

@@ -42,6 +42,15 @@ def test_marker_is_found_where_it_is(make_scene, distractors, family, distance_m
     assert found.score == 1.0
 
 
+@pytest.mark.parametrize("quarters", range(4))
+def test_marker_is_as_far_away_and_as_high_whichever_of_its_sides_is_up(make_scene, distractors, quarters):
+    sheet = np.rot90(sheet_with_marker("aruco_4x4_50", 7)[87:507], quarters)  # square, 210 mm
+    (found,) = MarkerDetector(7).detect(make_scene(sheet, distractors["brick"]).render(700, slant_deg=50))
+    height_mm = 297 * 316 / 420
+    assert PINHOLE.locate(found, height_mm)[1] == pytest.approx(700, rel=0.05)
+    assert PINHOLE.edges_mm(found, height_mm) == pytest.approx((-height_mm / 2, height_mm / 2), abs=8)
+
+
 def test_marker_with_another_number_is_another_target(make_scene, distractors):
     frame = make_scene(sheet_with_marker("aruco_4x4_50", 7), distractors["brick"]).render(600)
     assert MarkerDetector(8).detect(frame) == []

@@ -63,6 +63,11 @@ def test_features_find_a_picture_that_hangs_askew(detector, scene, roll_deg):
     assert (top_right > top_left) == (roll_deg > 0)
 
 
+def test_a_picture_that_hangs_upside_down_is_as_high_as_it_hangs(detector, scene):
+    found = detector.detect(scene.render(700, roll_deg=180))[0]
+    assert PINHOLE.edges_mm(found, 297) == pytest.approx((-297 / 2, 297 / 2), abs=10)
+
+
 def test_features_find_a_picture_that_is_partly_covered(detector, scene):
     frame = scene.render(600)
     frame[:, 165:] = (40, 90, 30)
