@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -29,6 +30,9 @@ COARSE_PX = 500
 ENLARGEMENT, MARGIN_PX = 3, 12
 """The part of a frame with markers, with a margin, is enlarged and searched again: there, fits of the edges find the
 corners of small markers to a tenth of a pixel."""
+LARGEST_PX = 1920
+"""Longest side of what is searched: larger frames are reduced, and large parts enlarged less. The search takes time in
+proportion to the area, and the robot moves on meanwhile."""
 DPI = 254
 """Ten pixels a millimetre, so that markers have their exact size."""
 MM_PER_INCH = 25.4
@@ -72,6 +76,10 @@ def marker_centres() -> dict[int, tuple[float, float]]:
 def find_sheet(image: Image) -> Seen:
     """Find the sheet's markers in a frame, BGR."""
     grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
+    if (reduction := math.ceil(max(grey.shape) / LARGEST_PX)) > 1:
+        grey = np.asarray(
+            cv2.resize(grey, None, fx=1 / reduction, fy=1 / reduction, interpolation=cv2.INTER_AREA), np.uint8
+        )
     height, width = grey.shape
     finer = 2 if width < COARSE_PX else 1
     rough, ids, _ = _detector(cv2.aruco.CORNER_REFINE_NONE).detectMarkers(_larger(grey, finer))
@@ -80,7 +88,8 @@ def find_sheet(image: Image) -> Seen:
     (left, top), (right, bottom) = (each(np.concatenate(rough), axis=(0, 1)) / finer for each in (np.min, np.max))
     x0, y0 = max(0, int(left) - MARGIN_PX), max(0, int(top) - MARGIN_PX)
     part = grey[y0 : min(height, int(bottom) + MARGIN_PX), x0 : min(width, int(right) + MARGIN_PX)]
-    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(_larger(part, ENLARGEMENT))
+    enlargement = max(1, min(ENLARGEMENT, LARGEST_PX // max(part.shape)))
+    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(_larger(part, enlargement))
     on_sheet, in_frame, centres = [], [], marker_centres()
     half = MARKER_MM / 2
     for quad, number in zip(corners, () if ids is None else ids.ravel(), strict=True):
@@ -90,8 +99,8 @@ def find_sheet(image: Image) -> Seen:
         x, y = centre
         on_sheet += [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
         # this refinement counts from the corner of the first pixel
-        in_frame += [(float(u) / ENLARGEMENT + x0, float(v) / ENLARGEMENT + y0) for u, v in quad[0]]
-    return Seen(np.array(on_sheet).reshape(-1, 2), np.array(in_frame).reshape(-1, 2))
+        in_frame += [(float(u) / enlargement + x0, float(v) / enlargement + y0) for u, v in quad[0]]
+    return Seen(np.array(on_sheet).reshape(-1, 2), np.array(in_frame).reshape(-1, 2) * reduction)
 
 
 def draw_sheet() -> Pictures.Image:
