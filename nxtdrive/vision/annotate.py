@@ -17,7 +17,9 @@ CONFIRMED = (60, 220, 60)
 UNCONFIRMED = (0, 190, 255)
 TEXT = (255, 255, 255)
 SHADE = (0, 0, 0)
-TEXT_PX, RIM_PX = 13, 1
+TEXT_PX, RIM_PX, LINE_PX = 13, 1, 2
+SHOWN_PX = 1000
+"""Longer side of the largest picture with these sizes: larger ones are looked at smaller, so theirs are multiples."""
 
 
 def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detection] = (), state: str = "") -> Image:
@@ -53,18 +55,24 @@ def caption(sighting: Sighting) -> str:
 def _outline(image: Image, detection: Detection, color: tuple[int, int, int]) -> None:
     left, top, width, height = detection.box
     corners = detection.quad or ((left, top), (left + width, top), (left + width, top + height), (left, top + height))
-    cv2.polylines(image, [np.rint(np.array(corners)).astype(np.int32)], True, color, 2, cv2.LINE_AA)
+    whole = np.rint(np.array(corners)).astype(np.int32)
+    cv2.polylines(image, [whole], True, color, LINE_PX * _magnification(image), cv2.LINE_AA)
 
 
 def _write(image: Image, text: str, x: int, y: int) -> None:
     """Write white text with a black outline from (x, y), the left end of its base line; kept inside the image."""
     height, width = image.shape[:2]
-    left = max(min(float(x), width - width_px(text, TEXT_PX) - 2), 2.0)
-    base = min(max(y, TEXT_PX + RIM_PX), height - 2)
-    top, bottom = max(base - TEXT_PX - RIM_PX, 0), min(base + TEXT_PX // 2, height)
+    text_px, rim_px = (size * _magnification(image) for size in (TEXT_PX, RIM_PX))
+    left = max(min(float(x), width - width_px(text, text_px) - 2), 2.0)
+    base = min(max(y, text_px + rim_px), height - 2)
+    top, bottom = max(base - text_px - rim_px, 0), min(base + text_px // 2, height)
     band = Drawing.fromarray(np.ascontiguousarray(image[top:bottom]))
     draw = ImageDraw.Draw(band)
-    for part, font in parts(text, TEXT_PX):
-        draw.text((left, base - top), part, TEXT, font, anchor="ls", stroke_width=RIM_PX, stroke_fill=SHADE)
+    for part, font in parts(text, text_px):
+        draw.text((left, base - top), part, TEXT, font, anchor="ls", stroke_width=rim_px, stroke_fill=SHADE)
         left += font.getlength(part)
     image[top:bottom] = np.asarray(band)
+
+
+def _magnification(image: Image) -> int:
+    return max(1, round(max(image.shape[:2]) / SHOWN_PX))

@@ -60,3 +60,14 @@ def test_a_caption_at_the_right_edge_moves_to_the_left_until_it_is_whole():
         annotate(np.zeros((240, 320, 3), np.uint8), replace(SIGHTING, box=(left, 80, 10, 90))) for left in (300, 40)
     )
     assert (at_edge[60:76] == 255).any(axis=2).sum() == (inside[60:76] == 255).any(axis=2).sum() > 0
+
+
+def test_what_is_drawn_into_a_photograph_of_a_phone_is_about_as_large_as_in_a_smaller_copy():
+    def shares(times):
+        """Of the picture: the height of the caption, and the area of the outline."""
+        sighting = replace(SIGHTING, box=tuple(times * side for side in SIGHTING.box))
+        drawn = annotate(np.zeros((240 * times, 320 * times, 3), np.uint8), sighting)
+        rows = np.flatnonzero((drawn == 255).all(axis=2).any(axis=1))
+        return np.array([np.ptp(rows) / len(drawn), (drawn == np.array(CONFIRMED)).all(axis=2).mean()])
+
+    assert (shares(12) > 0.6 * shares(3)).all()  # OpenCV draws a line of two pixels with three
