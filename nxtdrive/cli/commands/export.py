@@ -157,7 +157,7 @@ def _files(past: PastRun, given: Mapping[str, str]) -> dict[str, Path]:
     Raises:
         ConfigError: One is of those that make the run, is given for two formats, or is a terminal that cannot show it.
     """
-    from nxtdrive.recording.run_folder import MAP, MISSION, SUMMARY, WHAT_IF
+    from nxtdrive.recording.run_folder import CAMERA, MAP, MISSION, SUMMARY, WHAT_IF
 
     folder = past.path.parent
     for kind in BINARY:
@@ -167,8 +167,9 @@ def _files(past: PastRun, given: Mapping[str, str]) -> dict[str, Path]:
     files = {kind: folder / FILES[kind] if file == IN_FOLDER else Path(file) for kind, file in given.items()}
     if len({os.path.realpath(path) for path in files.values()}) < len(files):
         raise ConfigError("two formats have the same file.", remedy="Give each a file of its own.")
+    recorded = [past.path, *(folder / name for name in (MISSION, SUMMARY, MAP, WHAT_IF)), *(folder / CAMERA).glob("*")]
     for path in files.values():
-        check_not_read(path, past.path, *(folder / name for name in (MISSION, SUMMARY, MAP, WHAT_IF)), option="file")
+        check_not_read(path, *recorded, option="file")
     return files
 
 

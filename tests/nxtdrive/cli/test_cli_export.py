@@ -57,6 +57,15 @@ def test_what_is_reported_of_other_files_stays_out_of_standard_output(run, capsy
     assert captured.err.startswith("page.html: ")
 
 
+@pytest.mark.parametrize("file", ["index.jsonl", "000001.jpg"])
+def test_no_format_replaces_what_the_camera_saw(run, capsys, file):
+    recorded = run / "camera" / file
+    before = recorded.read_bytes()
+    assert main(["export", str(run), "--csv", str(recorded)]) == USAGE
+    assert "cannot be written: the command reads it" in capsys.readouterr().err
+    assert recorded.read_bytes() == before
+
+
 def test_standard_output_takes_one_format(run, capsys):
     assert main(["export", str(run), "--csv", "-", "--html", "-"]) == USAGE
     assert "two formats have the same file" in capsys.readouterr().err
