@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
@@ -85,8 +87,25 @@ def _add_network_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, CameraTable]:
-    """Return the target's name, its detector, and the camera as the mission or the robot file describes it.
+@dataclass(frozen=True, slots=True)
+class ChosenTarget:
+    """What a detector looks for.
+
+    Attributes:
+        name: The target's name.
+        detector: Finds it.
+        camera: As the mission or the robot file describes it.
+        pictures: The files of its photographs.
+    """
+
+    name: str
+    detector: TargetDetector
+    camera: CameraTable
+    pictures: Sequence[str]
+
+
+def chosen_target(args: argparse.Namespace) -> ChosenTarget:
+    """Return the target.
 
     Raises:
         ConfigError: There is no such target, or an option does not fit it.
@@ -110,7 +129,8 @@ def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, Camera
         (name, spec), camera = _described(args, robot.color), robot.camera
     if args.height_mm is not None:
         spec["height_mm"] = args.height_mm
-    return name, make_detector(spec), camera
+    pictures = spec.get("pictures")
+    return ChosenTarget(name, make_detector(spec), camera, pictures if isinstance(pictures, list) else ())
 
 
 def height_source(args: argparse.Namespace) -> str:

@@ -21,6 +21,7 @@ from nxtdrive.cli.options import (
     add_action,
     add_json_argument,
     check_not_read,
+    check_writable,
     number,
     writing,
 )
@@ -123,14 +124,15 @@ def _try(args: argparse.Namespace) -> int:
     from nxtdrive.vision.detection import Described
 
     args.source = "sim" if args.source == "sim://" else args.source
-    name, detector, camera = chosen_target(args)
+    target = chosen_target(args)
+    name, detector, camera = target.name, target.detector, target.camera
     if args.hfov_deg is not None:
         camera = camera.model_copy(update={"hfov_deg": args.hfov_deg})
     still = _is_image(args.source)
     out = args.out or Path("detected.png" if still else "detected.webm")
     source = at_home(args.source)
     in_source = _is_image(out) and out.resolve().parent == source.resolve()
-    check_not_read(out, out if in_source else source, *(args.picture or ()))
+    check_not_read(out, out if in_source else source, *map(at_home, target.pictures))
     drawing = _AnnotatedOutput(out)
     looks: list[FrameDetections] = []
     others: set[str] = set()
@@ -257,6 +259,8 @@ class _AnnotatedOutput:
         self._count = 0
         self._size: tuple[int, int] | None = None
         self._last: Image | None = None
+        if self._recorder is None:
+            check_writable(path)
 
     def add(self, image: Image, *, seen: bool) -> None:
         if self._recorder is None:

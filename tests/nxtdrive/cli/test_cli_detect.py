@@ -16,6 +16,7 @@ from nxtdrive.cli.commands.detect import FoundTarget, _place
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.dev.onnx_models import constant_model, outputs_of, red_model
 from nxtdrive.vision.detectors.onnx_runtimes import load
+from sim_backend.bundled import PICTURES
 from tests.small_mission import MISSION
 
 HEIGHT_PX, SIZE = 60, (320, 240)
@@ -107,6 +108,27 @@ def test_an_angle_on_the_command_line_replaces_the_robot_files(picture, tmp_path
         _try(capsys, *words, "--robot", tmp_path / "robot.toml")["looks"][0]["found"]
         == (_try(capsys, *words)["looks"][0]["found"])
     )
+
+
+def test_a_picture_that_cannot_be_written_is_refused_before_the_detector_runs(folder, tmp_path, capsys):
+    out = tmp_path / "nowhere" / "seen.png"
+    assert main(["detect", "try", str(folder), "--color", "red", "--out", str(out)]) == USAGE
+    captured = capsys.readouterr()
+    assert f"{out} cannot be written" in captured.err
+    assert "frame" not in captured.out
+
+
+def test_the_photograph_of_a_missions_target_is_not_replaced(folder, tmp_path, capsys):
+    photograph = tmp_path / "lena.png"
+    photograph.write_bytes((PICTURES / "lena.png").read_bytes())
+    before = photograph.read_bytes()
+    mission = tmp_path / "mission.toml"
+    target = '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\nheight_mm = 297\n'
+    mission.write_text(f'[mission]\nname = "lena"\ntargets = ["lena"]\n\n{target}')
+    words = ["--mission", str(mission), "--target", "lena", "--out", str(photograph)]
+    assert main(["detect", "try", str(folder), *words]) == USAGE
+    assert "the command reads it" in capsys.readouterr().err
+    assert photograph.read_bytes() == before
 
 
 def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, capsys):
