@@ -198,13 +198,16 @@ def encoded(image: Image.Image, path: Path) -> bytes:
     """Return a drawing as a file: a small PNG, or the format that the suffix names.
 
     Raises:
-        ConfigError: No format has this suffix.
+        ConfigError: No format that can be written in colours has this suffix.
     """
     name = Image.registered_extensions().get(path.suffix.lower())
-    if name is None or name not in Image.SAVE:
-        raise ConfigError(f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png.")
     if name == "PNG":
         image = image.quantize(COLORS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     content = io.BytesIO()
-    image.save(content, name)
+    try:
+        image.save(content, name or path.suffix)
+    except (KeyError, OSError, ValueError):  # no such format, or one that is only read, or has no colours
+        raise ConfigError(
+            f"{path} cannot be written: no image format ends in {path.suffix!r}.", remedy="Use .png."
+        ) from None
     return content.getvalue()

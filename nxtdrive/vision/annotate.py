@@ -75,4 +75,5 @@ def _write(image: Image, text: str, x: int, y: int) -> None:
 
 
 def _magnification(image: Image) -> int:
-    return max(1, round(max(image.shape[:2]) / SHOWN_PX))
+    longer_px: int = max(image.shape[:2])
+    return max(1, round(longer_px / SHOWN_PX))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.host.environment import require
+from nxtdrive.recording.output_file import write_file
 from sim_backend.scenarios.conditions import TIME_LIMIT_S
 
 from .mission_result import MissionResult
@@ -56,7 +58,7 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
         path: The image file; its extension selects the format (png, svg, pdf).
 
     Raises:
-        ConfigError: matplotlib is not installed, or does not support the format.
+        ConfigError: matplotlib is not installed, or does not support the format; or the file cannot be written.
     """
     check_plotting(path)
     from matplotlib.figure import Figure
@@ -68,8 +70,10 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
     _plot_over_time(over_time, results)
     _plot_by_class(by_class, results)
     figure.legend(*over_time.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    content = io.BytesIO()
+    figure.savefig(content, format=path.suffix[1:].lower())
     try:
-        figure.savefig(path)
+        write_file(path, content.getvalue())
     except OSError as error:
         remedy = "Choose another file with --plot."
         raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from None

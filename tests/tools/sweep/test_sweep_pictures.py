@@ -127,3 +127,18 @@ def test_plots_name_units_numbers_and_agents(suffix, tmp_path):
     path = tmp_path / f"plot{suffix}"
     write_plot(RESULTS, path)
     assert path.stat().st_size > 5000
+
+
+@pytest.mark.slow
+def test_a_plot_that_a_full_disk_cuts_short_is_removed(tmp_path):
+    pytest.importorskip("matplotlib")
+    resource = pytest.importorskip("resource")
+    path, limits = tmp_path / "plot.png", resource.getrlimit(resource.RLIMIT_FSIZE)
+    write_plot(RESULTS, path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
+    try:
+        with pytest.raises(ConfigError, match=r"plot.png cannot be written .*--plot"):
+            write_plot(RESULTS, path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not path.exists()
