@@ -80,7 +80,7 @@ class Course:
         self._body = MissionBody(rover, safety_sensors(robot))  # does without sensors that do not answer
         self.track = Track(camera.size)
         self._blocked = False
-        self._lacking = 0
+        self._lacking = self._unseen = 0
 
     def drive_all(self, say: Callable[[str], None]) -> float:
         """Drive the whole course; the robot is at rest afterwards.
@@ -106,8 +106,7 @@ class Course:
             say("turning full circles")
             for sign in (1, -1):
                 self._circle(sign)
-                self._turn(SLOW_DEG_S * -sign, self._is_centred)
-                self._rest()
+                self._turn_back(-sign)
             self._look_aside()
         finally:
             self._rover.stop()
@@ -144,7 +143,16 @@ class Course:
         """Turn until the sheet is in the middle of the frame."""
         off = self._offset_share(self._found())
         if abs(off) > MIDDLE:
-            self._turn(SLOW_DEG_S if off > 0 else -SLOW_DEG_S, self._is_centred)
+            self._turn_back(1 if off > 0 else -1)
+        else:
+            self._rest()
+
+    def _turn_back(self, sign: int) -> None:
+        """Turn until the sheet, on that side of the frame, is in its middle or beyond: between two frames it moves."""
+        self._turn(
+            SLOW_DEG_S * sign,
+            lambda seen: seen.markers >= MARKERS_TO_LOCATE and sign * self._offset_share(seen) < MIDDLE,
+        )
         self._rest()
 
     def _look_aside(self) -> None:
@@ -152,17 +160,21 @@ class Course:
         for sign in (1, -1):
             self._turn(SLOW_DEG_S * sign, self._leaves(sign))
             self._rest()
-        self._turn(SLOW_DEG_S, self._is_centred)
-        self._rest()
+        self._turn_back(1)
 
     def _leaves(self, sign: int) -> Callable[[Seen], bool]:
         """Return a function that says whether the sheet leaves the frame in a turn, to the right for sign 1."""
-        whole = False
+        whole, beyond = False, False
 
         def leaves(seen: Seen) -> bool:
-            nonlocal whole
+            nonlocal whole, beyond
             whole = whole or seen.markers >= MARKERS_IN_VIEW
-            return -sign * self._offset_share(seen) > EDGE or (whole and self._lacking >= FRAMES_TO_LEAVE)
+            gone = -sign * self._offset_share(seen)
+            if seen.markers:
+                beyond = gone > MIDDLE
+            # from near, a tilted camera may never see it whole
+            lost = (whole and self._lacking >= FRAMES_TO_LEAVE) or (beyond and self._unseen >= FRAMES_TO_LEAVE)
+            return gone > EDGE or lost
 
         return leaves
 
@@ -246,6 +258,7 @@ class Course:
         self._count()
         seen = find_sheet(frame.image)
         self._lacking = 0 if seen.markers >= MARKERS_IN_VIEW else self._lacking + 1
+        self._unseen = 0 if seen.markers else self._unseen + 1
         if seen.markers:
             self.track.views.append(View(frame.time_s, seen))
         if self._sonar and (range_mm := self._rover.range_mm()) is not None:
@@ -260,9 +273,6 @@ class Course:
     def _offset_share(self, seen: Seen) -> float:
         """Return how far right of the frame's middle the sheet is, as a share of the frame's width."""
         return float(seen.in_frame_px[:, 0].mean()) / self.track.size[0] - 0.5 if seen.markers else 0.0
-
-    def _is_centred(self, seen: Seen) -> bool:
-        return seen.markers >= MARKERS_TO_LOCATE and abs(self._offset_share(seen)) < MIDDLE
 
     def _share(self, seen: Seen) -> float:
         """Return the sheet's width in the frame as a share of the frame's."""
