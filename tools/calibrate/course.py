@@ -196,14 +196,15 @@ class Course:
             if self._brick.now() >= end_s:
                 raise CalibrationRefused(
                     "a turn did not bring the sheet to where it should be in the frame.",
-                    remedy="Clear the floor round the robot, and see that nothing but the sheet has such markers. If "
-                    "its wheels or track are unusual, write roughly measured values into the robot file first: "
-                    "[robot] wheel_diameter_mm = ..., axle_track_mm = ...",
+                    remedy="Clear the floor round the robot, hang the sheet where the camera sees all of it from a "
+                    "metre, and see that nothing but the sheet has such markers. If the robot's wheels or track are "
+                    "unusual, write roughly measured values into the robot file first: [robot] "
+                    "wheel_diameter_mm = ..., axle_track_mm = ...",
                 )
         self._rover.stop()
 
     def straight(self, speed_mm_s: float, done: Callable[[Seen], bool], most_mm: float) -> float:
-        """Drive straight until `done`, the sheet leaves the frame, or something is in the way.
+        """Drive straight until `done`, the sheet leaves the frame as it comes nearer, or something is in the way.
 
         Args:
             speed_mm_s: Negative: back.
@@ -220,7 +221,7 @@ class Course:
             driven_mm = math.hypot(here.x_mm - begin.x_mm, here.y_mm - begin.y_mm)
             if (
                 (done(seen) and seen.markers >= MARKERS_IN_VIEW)
-                or self._lacking >= FRAMES_TO_LEAVE
+                or (speed_mm_s > 0 and self._lacking >= FRAMES_TO_LEAVE)
                 or self._blocked
                 or driven_mm >= most_mm
             ):

@@ -51,5 +51,13 @@ def test_a_sheet_that_a_tilted_camera_never_sees_whole_from_near_leaves_its_view
     _drive_until("driving towards it", write_world("tilt_deg = 17", start_x_mm=2550))
 
 
+def test_the_drive_back_brings_a_sheet_into_view_that_is_not_whole_from_near(write_world):
+    table, world = RobotTable(), write_world("tilt_deg = 17", start_x_mm=2550)
+    with open_robot(f"sim://{world}", "sim") as robot:
+        course = Course(robot.brick, robot.camera, build_rover(robot.brick, table), table)
+        driven_mm = course.straight(-200.0, lambda _: False, 400.0)
+    assert driven_mm == pytest.approx(400.0, abs=60)
+
+
 def test_a_turn_ends_at_the_sheet_also_if_no_frame_shows_it_in_the_middle(write_world):
     _drive_until("driving towards it", write_world("fps = 2\nhfov_deg = 30"))
