@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image, distinct
-from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess
+from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess, versions
 from nxtdrive.vision.detectors.onnx_labels import label_number
 from nxtdrive.vision.detectors.onnx_layouts import ModelDetections
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
@@ -76,8 +76,7 @@ class OnnxDetector:
 
 def _loaded(path: Path, options: Options) -> OnnxModel:
     """Return a model, which is loaded once while detectors of several labels use it."""
-    stat = path.stat() if path.is_file() else None
-    key = path.resolve(), options, stat and (stat.st_mtime_ns, stat.st_size)
+    key = path.resolve(), options, versions(path, options.labels)
     if (model := _LOADED.get(key)) is None:
         model = _LOADED[key] = OnnxModel(path, options)
     return model

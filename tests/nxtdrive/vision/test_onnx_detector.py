@@ -394,3 +394,13 @@ def test_the_other_process_says_why_it_refuses(tmp_path):
     (tmp_path / "odd.onnx").write_bytes(constant_model({"out": np.zeros((1, 1000), np.float32)}))
     with pytest.raises(ConfigError, match=r"odd\.onnx fit no layout that is known: out \(1, 1000\)"):
         make_detector({"detector": "onnx", "model": "odd.onnx", "label": "cup"}, tmp_path)
+
+
+def test_a_file_with_labels_that_was_corrected_is_read_again(tmp_path):
+    (tmp_path / "m.onnx").write_bytes(constant_model(outputs_of("yolo")))
+    spec = {"detector": "onnx", "model": "m.onnx", "label": "cup", "labels": "labels.txt"}
+    (tmp_path / "labels.txt").write_text("bowl\ncup\ncat\ndog\n")
+    with pytest.raises(ConfigError, match="has 3 labels, but 4 are named"):
+        make_detector(spec, tmp_path)
+    (tmp_path / "labels.txt").write_text("bowl\ncup\ncat\n")
+    make_detector(spec, tmp_path)
