@@ -84,6 +84,11 @@ class RobotTable(Table):
     sonar_cone_deg: float = Field(default=30.0, ge=4, le=90)
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
 
+    @property
+    def turning_track_mm(self) -> float:
+        """Distance between the wheels of a robot that turns as far without slip."""
+        return self.axle_track_mm / (1 - self.turn_slip_percent / 100)
+
 
 FRAME_ASPECT = 3 / 4
 """Height over width of the frames of usual cameras."""

@@ -233,7 +233,7 @@ def _slips(counts: Array) -> Array:
 
 
 def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: float) -> tuple[Array, Array, Array]:
-    current = {**camera.model_dump(), **robot.model_dump()}
+    current = {**camera.model_dump(), **robot.model_dump(), "axle_track_mm": robot.turning_track_mm}
     start = {name: current[name] if value is None else value for name, (value, _, _) in PARAMETERS.items()}
     start["latency_s"] = latency_s
     seen = track.views[0].seen

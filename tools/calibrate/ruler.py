@@ -103,8 +103,8 @@ def _measure(
     over_deg = ask(f"How many degrees beyond {TURNS} full turns did it turn to the right (negative: fewer)?")
     turned_more = _correction("turn", turn.turned_deg, 360.0 * TURNS + over_deg, TURNED_LEFT)
     radius_mm = ask(RADIUS_QUESTION)
-    track_mm = robot.axle_track_mm / (1 - robot.turn_slip_percent / 100)  # by which the turns were counted
-    diameter_mm, track_mm = round(robot.wheel_diameter_mm * longer, 2), round(track_mm * longer / turned_more, 1)
+    diameter_mm = round(robot.wheel_diameter_mm * longer, 2)
+    track_mm = round(robot.turning_track_mm * longer / turned_more, 1)  # by which the turns were counted
     values = {"wheel_diameter_mm": diameter_mm, "axle_track_mm": track_mm}
     if not radius_mm:
         return values

@@ -165,6 +165,6 @@ def write_robot_file(path: Path, file: RobotFile) -> Path | None:
 
 
 def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:
-    """Return the robot file's values, by the names of the estimated ones."""
-    values = {**camera.model_dump(), **robot.model_dump()}
+    """Return the robot file's values, by the names of the estimated ones, whose track includes the slip of turns."""
+    values = {**camera.model_dump(), **robot.model_dump(), "axle_track_mm": robot.turning_track_mm}
     return {key: float(values[key]) for key in (*CAMERA_KEYS, *WHEEL_KEYS)}

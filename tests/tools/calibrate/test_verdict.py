@@ -22,10 +22,15 @@ from nxtdrive.tools.calibrate.course import CalibrationRefused
 from nxtdrive.tools.calibrate.least_squares import fit
 from nxtdrive.tools.calibrate.sonar_place import estimate_sonar, size_doubt
 from nxtdrive.tools.calibrate.track import Track
-from nxtdrive.tools.calibrate.verdict import check, described, write_robot_file
+from nxtdrive.tools.calibrate.verdict import believed_values, check, described, write_robot_file
 
 GOOD = Estimate(dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 0.001), 0.2, 200, converged=True)
 finite = st.floats(-20, 20)
+
+
+def test_the_track_of_a_robot_file_counts_with_the_slip_that_it_names():
+    by_ruler, fitted = RobotTable(axle_track_mm=100.8, turn_slip_percent=10.0), RobotTable(axle_track_mm=112.0)
+    assert believed_values(by_ruler, CameraTable()) == pytest.approx(believed_values(fitted, CameraTable()))
 
 
 @pytest.mark.parametrize(
