@@ -80,12 +80,16 @@ class LegendBlock:
     Args:
         keys: In order, from the top of the first column.
         width: Of all columns.
+
+    Attributes:
+        fits: Whether the width is enough for a column in which no text is cut that fits into another one.
     """
 
     def __init__(self, keys: Sequence[Key], width: float) -> None:
         widest = max((text_width(key.text, BODY) for key in keys), default=0.0)
         self._keys = keys
-        self._column = min(width, KEY_PX, SAMPLE_PX + widest + 36)
+        needed = min(KEY_PX, SAMPLE_PX + widest + 36)
+        self._column, self.fits = min(width, needed), width >= needed
         self._rows = math.ceil(len(keys) / max(1, int(width // self._column)))
 
     @property

@@ -126,14 +126,14 @@ def _width_without_notes(page: Page, scale: float) -> int:
 
 
 def _beside(page: Page, top: float) -> _Layout:
-    """Place the notes to the right of the map; the legend below the map, or if it is too long there, below both."""
+    """Place the notes to the right of the map; the legend below the map, or if there is no room, below both."""
     most = (INNER_PX - LEFT_PX - GAP_PX - NOTES_PX, MAP_PX)
     scale = scale_for(page.area, most)
     right, bottom = MARGIN + LEFT_PX + page.area.width * scale, top + page.area.height * scale + BELOW_PX
     notes = NotesBlock(page.heading, page.notes, WIDTH - MARGIN - right - GAP_PX)
     notes_bottom = top + notes.height(1)
     legend, legend_top = LegendBlock(page.keys, right - MARGIN), bottom + SECTION_PX
-    if legend_top + legend.height > notes_bottom:
+    if not legend.fits or legend_top + legend.height > notes_bottom:
         legend, legend_top = LegendBlock(page.keys, INNER_PX), max(bottom, notes_bottom) + SECTION_PX
     return _Layout(WIDTH, most, legend, legend_top, notes, top, (right + GAP_PX,))
 

@@ -12,11 +12,11 @@ import pytest
 from PIL import Image
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.drawing.blocks import Note, Tag
+from nxtdrive.drawing.blocks import BODY, Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes, FloorView, tick_mm
-from nxtdrive.drawing.legend import Key, dot_sample, line_sample
+from nxtdrive.drawing.legend import SAMPLE_PX, Key, dot_sample, line_sample
 from nxtdrive.drawing.page import MARGIN, NARROWEST, WIDTH, Page, draw_page
-from nxtdrive.drawing.sheet import INK, Sheet, dashes, encoded
+from nxtdrive.drawing.sheet import INK, Sheet, dashes, encoded, text_width
 
 AXES = Axes("x, m", "y, m", up=True)
 
@@ -69,6 +69,17 @@ def test_pages_of_every_shape_hold_their_notes(size_mm, notes):
     assert drawn.shape[0] < 1.5 * WIDTH
     edge = np.concatenate([drawn[:3].ravel(), drawn[-3:].ravel(), drawn[:, :3].ravel(), drawn[:, -3:].ravel()])
     assert edge.min() == 255, "nothing is cut off at the edges"
+
+
+def test_the_legend_of_a_narrow_map_is_as_wide_as_its_words():
+    places, words = [], "the robot, and where it faced at the start"
+    notes = [Note(str(i), "it went out of view on the way there", ("→ wait",) * 2) for i in range(16)]
+    key = Key(words, lambda _, at: places.append(at))
+    area = Area(0.0, 0.0, 1000.0, 20000.0)
+    drawn = np.asarray(draw_page(Page("A title", "", area, AXES, lambda view: None, [key], "Notes", notes)))
+    ((sample_x, middle),) = places
+    row = drawn[round(middle) - 8 : round(middle) + 8, round(sample_x) :].min(axis=(0, 2))
+    assert np.flatnonzero(row < 200)[-1] == pytest.approx(SAMPLE_PX / 2 + 10 + text_width(words, BODY), abs=6)
 
 
 def test_a_page_without_notes_ends_beside_its_map():
