@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from behaviors.mission.targets import Height
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import parse_toml, toml_key, toml_string
+from nxtdrive.recording.output_file import write_file
 from nxtdrive.vision.detection import Box, Image, overlap
 from nxtdrive.vision.detectors.picture import PictureDetector
 
@@ -100,10 +101,10 @@ class Photographs:
         for number in count(1):
             path = self._folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
             try:
-                with path.open("xb") as file:
-                    file.write(png)
+                path.touch(exist_ok=False)
             except FileExistsError:
                 continue
+            write_file(path, png)
             return path.name
         raise AssertionError
 

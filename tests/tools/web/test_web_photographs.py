@@ -74,6 +74,18 @@ def test_no_picture_is_overwritten(tmp_path, frame):
     assert [photographs.add(_target())["file"] for _ in range(3)] == ["lena.png", "lena-2.png", "lena-3.png"]
 
 
+def test_a_picture_that_a_full_disk_cuts_short_is_removed(tmp_path, frame):
+    resource = pytest.importorskip("resource")
+    photographs, limits = _photographs(tmp_path, frame), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            photographs.add(_target())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_no_picture_is_called_as_a_device_of_windows(tmp_path, frame):
     assert _photographs(tmp_path, frame).add(_target(name="Con"))["file"] == "Con-target.png"
 
