@@ -59,6 +59,12 @@ def parse_world(tables: Mapping[str, Any], path: Path, *, read_images: bool = Fa
     return _with_image_paths(world, path.parent)
 
 
+def image_files(world: WorldFile) -> list[Path]:
+    """Return the image files that a loaded world names."""
+    textures = (Path(name) for _, name in _textures(world))
+    return [*filter(_is_image_file, textures), *(each.file for each in world.pictures if each.file is not None)]
+
+
 def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> Iterator[str]:
     """Yield mistakes in how tables fit together.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, new_file, writing
+from nxtdrive.cli.options import add_action, add_json_argument, check_not_read, new_file, writing
 from nxtdrive.cli.output import CONTINUED, report_file, write_json, write_line, write_text
 
 if TYPE_CHECKING:
@@ -109,12 +109,13 @@ def _show(args: argparse.Namespace) -> int:
     from nxtdrive.cli.views.room_sketch import sketch
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.recording.output_file import write_file
-    from sim_backend.world.loading import load_world
+    from sim_backend.world.loading import image_files, load_world
 
     world = load_world(args.file)
     if args.out is None:
         write_text(sketch(world))
         return DONE
+    check_not_read(args.out, *image_files(world))
     with writing(args.out):
         write_file(args.out, encoded(draw(world), args.out))
     write_line(args.out)

@@ -18,7 +18,7 @@ from nxtdrive.cli.views.room_picture import NO_ECHO, room_page
 from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.page import draw_page
 from nxtdrive.drawing.sheet import Sheet
-from sim_backend.bundled import WORLDS
+from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.camera.textures import TextureLibrary
 from sim_backend.world.loading import load_world, parse_world
 
@@ -144,6 +144,22 @@ def test_an_image_format_that_no_room_can_be_drawn_in_is_called_that(capsys, suf
     assert main(["world", "show", "arena", "--out", f"arena.{suffix}"]) == USAGE
     said = f"arena.{suffix} cannot be written: no image format ends in '.{suffix}'. Use .png."
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("key", ["picture", "texture"])
+def test_a_room_is_not_drawn_over_an_image_that_it_shows(capsys, key):
+    cat = Path("cat.png")
+    cat.write_bytes((PICTURES / "fox.png").read_bytes())
+    before = cat.read_bytes()
+    room = "[floor]\nsize_mm = [2000, 2000]\n[robot]\nstart_mm = [500, 1000]\n"
+    room += {
+        "picture": '[[pictures]]\nname = "cat"\nfile = "cat.png"\nat_mm = [1500, 1000]\nfacing_deg = 180\n',
+        "texture": '[[boxes]]\nname = "b"\nat_mm = [1500, 99]\nsize_mm = [90, 90]\nheight_mm = 99\ntexture = "cat.png"',
+    }[key]
+    Path("cat-world.toml").write_text(room)
+    assert main(["world", "show", "cat-world.toml", "--out", "cat.png"]) == USAGE
+    assert "cat.png cannot be written: the command reads it" in capsys.readouterr().err
+    assert cat.read_bytes() == before
 
 
 def test_a_room_as_text_shows_what_its_sensors_measure_and_where_they_are(capsys):
