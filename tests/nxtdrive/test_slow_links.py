@@ -4,10 +4,12 @@ import random
 
 import pytest
 
-from firmware_protocol.direct import LSWrite, SetOutputState
+from firmware_protocol.direct import GetBatteryLevel, LSWrite, SetOutputState
+from firmware_protocol.enums import OutputPort
 from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import NO_REPLY
 from nxtdrive.brick import Brick
+from nxtdrive.motion.lease import Lease
 from nxtdrive.motion.rover import Rover
 from nxtdrive.tools.monitor import watch
 from nxtdrive.transports.sim import SimTransport
@@ -79,6 +81,16 @@ def test_a_move_ends_as_soon_as_two_looks_agree(latency_ms):
         brick.motor("A").run_angle(500, 200)
         braked = transport.times(SetOutputState)[-2]  # the last one holds the motor when all is done
         assert transport.times(SetOutputState)[-1] - braked <= 3 * latency_ms / 1000 + 0.01
+
+
+def test_a_brake_is_sent_at_its_time_while_a_request_waits():
+    transport = Listening(Simulation("open"), latency_ms=300)
+    with Brick(transport) as brick:
+        brick.link.keep_alive()
+        brake_s = brick.now() + 0.05
+        Lease(brick.link, OutputPort.A).brake_at(brake_s)
+        brick.request(GetBatteryLevel())
+        assert transport.times(SetOutputState) == [pytest.approx(brake_s, abs=0.002)]
 
 
 class Faltering(Listening):
