@@ -93,6 +93,17 @@ def test_a_brake_is_sent_at_its_time_while_a_request_waits():
         assert transport.times(SetOutputState) == [pytest.approx(brake_s, abs=0.002)]
 
 
+def test_an_unchanged_speed_is_sent_again_only_after_half_the_lease():
+    transport = Listening(Simulation("open"))
+    with Brick(transport) as brick:
+        lease = Lease(brick.link, OutputPort.A, 0.6)
+        begun_s = brick.now()
+        for _ in range(7):
+            lease.drive(300)
+            brick.sleep(0.1)
+        assert [time_s - begun_s for time_s in transport.times(IOMapWrite)] == pytest.approx([0, 0.3, 0.6], abs=0.002)
+
+
 class Faltering(Listening):
     """A link that takes a command to a motor only after a while, the first time."""
 
