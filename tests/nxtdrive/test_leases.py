@@ -12,7 +12,7 @@ from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError, LocalProtocolError
 from nxtdrive import open_brick
-from nxtdrive.motion.lease import LEASE_S
+from nxtdrive.motion.lease import LEASE_S, Lease
 from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.motion.rover import ROUND_TRIPS, DriveSettings, Rover, SafetyLimits
@@ -256,3 +256,15 @@ def test_a_motion_continues_beside_the_program_on_a_real_clock(served):
             assert brick.battery_v > 5
         assert {move.join() for move in moves} <= {"done", "timeout"}
         assert all(motor.angle > 135 for motor in motors)
+
+
+@pytest.mark.parametrize("brake", [Lease.brake, lambda lease: lease.brake_at(0.0)], ids=["now", "at a time"])
+def test_a_motor_that_was_braked_turns_again_at_the_same_speed(lab, brake):
+    room = lab()
+    lease = Lease(room.brick.link, OutputPort.A, 0.6)
+    lease.drive(600)
+    brake(lease)
+    room.brick.sleep(0.1)
+    lease.drive(600)
+    room.brick.sleep(0.6)
+    assert room.output("A").actual_speed

@@ -98,9 +98,14 @@ def test_stopping_cancels_a_motion(lab, end):
     assert room.output("A").rotation < 1000
 
 
-def test_a_cancelled_motion_brakes(lab):
+@pytest.mark.parametrize(
+    "begin",
+    [lambda motor: motor.run_angle(500, 3000, wait=False), lambda motor: motor.run_time(500, 6, wait=False)],
+    ids=["angle", "time"],
+)
+def test_a_cancelled_motion_brakes(lab, begin):
     room = lab()
-    move = room.brick.motor("A").run_angle(500, 3000, wait=False)
+    move = begin(room.brick.motor("A"))
     room.brick.sleep(1)
     move.cancel()
     move.cancel()
@@ -169,8 +174,19 @@ def test_joining_a_motion_that_has_failed_again_raises_its_error_with_the_same_t
     assert frames[0] == frames[1] == frames[2]
 
 
+def test_a_new_speed_replaces_the_old_one_without_a_brake(direct):
+    with Brick(direct) as brick:
+        motor = brick.motor("A")
+        motor.run(300)
+        motor.run(400)
+        assert not [telegram for telegram in direct.sent if telegram[1] == SetOutputState.opcode]
+
+
 @pytest.mark.parametrize("way", ["stepped"])  # the simulation raises it, in the thread that lets time pass
-def test_an_interrupt_while_waiting_brakes(lab):
+@pytest.mark.parametrize(
+    "move", [lambda motor: motor.run_angle(500, 3000), lambda motor: motor.run_time(500, 6)], ids=["angle", "time"]
+)
+def test_an_interrupt_while_waiting_brakes(lab, move):
     room = lab()
 
     def interrupt():
@@ -179,7 +195,7 @@ def test_an_interrupt_while_waiting_brakes(lab):
     room.simulation.at(1000, interrupt)
     motor = room.brick.motor("A")
     with pytest.raises(KeyboardInterrupt):
-        motor.run_angle(500, 3000)
+        move(motor)
     assert motor.done
     room.simulation.advance(300)
     assert room.output("A").rotation < 600
