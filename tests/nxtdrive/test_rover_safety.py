@@ -70,3 +70,14 @@ def test_ctrl_c_during_drive_stops_the_robot_at_once(lab):
     raised_mm = room.simulation.truth.pose.x_mm
     room.brick.sleep(1.0)
     assert room.simulation.truth.pose.x_mm - raised_mm < 30
+
+
+def test_a_sensor_listener_that_uses_the_rover_is_an_error_and_the_robot_stops(lab):
+    room = lab()
+    rover = Rover(room.brick.link, touch=None)
+    rover.on_sensor_change(lambda sensor, error: rover.stop())
+    room.simulation.at(1500, lambda: room.attach(4, None))
+    with pytest.raises(LocalProtocolError, match="cannot be cancelled by a guard of its own"):
+        rover.straight(3000)
+    room.brick.sleep(0.5)
+    assert room.simulation.truth.speed_mm_s < 1
