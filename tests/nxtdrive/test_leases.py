@@ -268,3 +268,29 @@ def test_a_motor_that_was_braked_turns_again_at_the_same_speed(lab, brake):
     lease.drive(600)
     room.brick.sleep(0.6)
     assert room.output("A").actual_speed
+
+
+def forwards(rover, brick):
+    for _ in range(10):
+        rover.drive(200, 0)
+        brick.sleep(0.1)
+
+
+def motors(rover, brick):
+    for port in "BC":
+        brick.motor(port).run(400)
+    brick.sleep(1)
+
+
+@pytest.mark.parametrize("latency_ms", [2, 150])
+@pytest.mark.parametrize("before", [forwards, motors])
+def test_driving_at_speed_0_stops_the_robot_and_ends_what_was_renewed(lab, latency_ms, before):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick.link, safety=UNGUARDED)
+    before(rover, room.brick)
+    assert room.simulation.truth.speed_mm_s > 100
+    rover.drive(0, 0)
+    room.brick.sleep(0.4)
+    stood = room.output("B").rotation
+    room.brick.sleep(1.0)
+    assert room.output("B").rotation == pytest.approx(stood, abs=2)

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from firmware_protocol.direct import GetBatteryLevel, LSWrite, SetOutputState
+from firmware_protocol.direct import GetBatteryLevel, KeepAlive, LSWrite, SetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.system import IOMapWrite
 from firmware_protocol.telegram import NO_REPLY
@@ -87,6 +87,7 @@ def test_a_brake_is_sent_at_its_time_while_a_request_waits():
     transport = Listening(Simulation("open"), latency_ms=300)
     with Brick(transport) as brick:
         brick.link.keep_alive()
+        brick.link.repeat("earlier", KeepAlive(), 0.02)
         brake_s = brick.now() + 0.05
         Lease(brick.link, OutputPort.A).brake_at(brake_s)
         brick.request(GetBatteryLevel())
