@@ -80,7 +80,7 @@ class Link:
         self._threads = threads
         self._lock = PriorityLock(threads)
         self._queue, self._free = self._lock.queue, self._lock.free
-        self.motions = MotionScheduler(self, threads.lock(reentrant=True))
+        self.motions = MotionScheduler(self, threads.lock(reentrant=True), threads.lock(reentrant=True))
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._measuring = False
         self._thread = None if self._stepped else LinkThread(self, self._core, threads)

@@ -10,6 +10,7 @@ import logging
 import math
 import threading
 from collections.abc import Generator, Iterable
+from contextlib import AbstractContextManager, nullcontext
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
@@ -166,11 +167,14 @@ class MotionScheduler:
     Args:
         link: The link; its clock is used, and its loss ends all motions.
         lock: A reentrant lock, held during each step.
+        entry: Another one, held by a command that waits for `lock`; the next step lets it go first. Without it, the
+            link's thread could keep a stop waiting for ever on a slow link, on which a step is always due.
     """
 
-    def __init__(self, link: SchedulingLink, lock: Lock) -> None:
+    def __init__(self, link: SchedulingLink, lock: Lock, entry: Lock) -> None:
         self._link = link
         self._lock = lock
+        self._entry = entry
         self._motions: list[Motion[Any]] = []
         self._current: Motion[Any] | None = None
         self._stepper = 0
@@ -188,7 +192,7 @@ class MotionScheduler:
                 until the link is open again, as a request does.
         """
         motion = Motion(self, self._link, frozenset(ports), steps)
-        with self._lock:
+        with self._ahead(), self._lock:
             self.claim(motion.ports)
             self._motions.append(motion)
             self._advance(motion)
@@ -205,18 +209,22 @@ class MotionScheduler:
         if not self._motions:
             return
         wanted = set(ports)
-        with self._lock:
+        with self._ahead(), self._lock:
             for motion in [motion for motion in self._motions if wanted & motion.ports]:
                 self.end(motion, Cancelled(replaced=True))
 
     def run_due(self) -> None:
         """Run one step of each motion that is due, the most overdue first."""
-        if not self._motions:
+        if not self._motions or self.stepping:  # called by a request of a step: other steps run after it
             return
-        with self._lock:
-            if self._current is not None:
-                return  # called by a request of a step; other steps run after it
-            self._run_until(self._link.now() + RESOLUTION_S)
+        now = self._link.now() + RESOLUTION_S
+        for motion in sorted((each for each in self._motions if each.due <= now), key=lambda each: each.due):
+            with self._entry:
+                pass
+            with self._lock:
+                if not motion.done:
+                    alive = motion.transport is self._link.transport and not self._link.lost
+                    self._advance(motion, None if alive else _lost())
 
     def end(self, motion: Motion[Any], reason: Cancelled) -> None:
         """Cancel a motion.
@@ -224,7 +232,7 @@ class MotionScheduler:
         Raises:
             LocalProtocolError: Called by a step of this motion.
         """
-        with self._lock:
+        with self._ahead(), self._lock:
             if motion.done:
                 return
             if motion is self._current:
@@ -233,15 +241,13 @@ class MotionScheduler:
 
     def end_all(self) -> None:
         """Cancel every motion."""
-        with self._lock:
+        with self._ahead(), self._lock:
             for motion in [motion for motion in self._motions if motion is not self._current]:
                 self.end(motion, Cancelled())
 
-    def _run_until(self, now: float) -> None:
-        for motion in sorted((motion for motion in self._motions if motion.due <= now), key=lambda motion: motion.due):
-            if not motion.done:
-                alive = motion.transport is self._link.transport and not self._link.lost
-                self._advance(motion, None if alive else _lost())
+    def _ahead(self) -> AbstractContextManager[object]:
+        """Go before the next step; a command of a step itself already holds the lock."""
+        return nullcontext() if self.stepping else self._entry
 
     def _advance(self, motion: Motion[Any], reason: BaseException | None = None) -> None:
         outer = self._current, self._stepper

@@ -98,6 +98,23 @@ def test_stopping_cancels_a_motion(lab, end):
     assert room.output("A").rotation < 1000
 
 
+@pytest.mark.parametrize("way", ["threaded"])
+@pytest.mark.parametrize("latency_ms", [45, 150])
+@pytest.mark.parametrize(
+    "begin", [lambda motor: motor.run(300), lambda motor: motor.run_angle(300, 9000, wait=False)], ids=["run", "angle"]
+)
+def test_a_stop_goes_before_the_next_step_of_motions_that_keep_the_link_busy(lab, latency_ms, begin):
+    room = lab(latency_ms=latency_ms)
+    motors = [room.brick.motor(port) for port in "ABC"]
+    for motor in motors:
+        begin(motor)
+    room.brick.sleep(1)
+    for motor in motors:
+        begun_s = room.brick.now()
+        motor.stop()
+        assert room.brick.now() - begun_s < 2.5 * latency_ms / 1000, "one request in progress, and its own"
+
+
 @pytest.mark.parametrize(
     "begin",
     [lambda motor: motor.run_angle(500, 3000, wait=False), lambda motor: motor.run_time(500, 6, wait=False)],
