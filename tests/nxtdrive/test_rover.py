@@ -518,11 +518,13 @@ def test_a_program_that_listens_continues_without_the_sonar_until_it_is_back(lab
     assert rover.straight(1000).done
     assert received == [("sonar", True)]
     assert rover.range_mm() is None
-    room.attach(4, UltrasonicSensor(lambda: 15))
+    way_cm = [200]
+    room.attach(4, UltrasonicSensor(lambda: way_cm[0]))
     room.brick.sleep(11.0)
-    assert rover.range_mm() == 150.0
+    assert rover.range_mm() == 2000.0
     assert received == [("sonar", True), ("sonar", False)]
-    assert rover.straight(1000).stop is StopReason.OBSTACLE
+    room.simulation.at(room.simulation.now_ms + 800, lambda: way_cm.__setitem__(0, 15))
+    assert rover.straight(300).stop is StopReason.OBSTACLE, "which it meets on the way"
 
 
 def test_a_program_that_listens_continues_when_the_bus_of_the_sonar_hangs(lab):

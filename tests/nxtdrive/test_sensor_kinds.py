@@ -46,12 +46,14 @@ class EightEchoes(UltrasonicSensor):
 def test_light_is_a_percentage_with_the_lamp_on_or_off(lab, latency_ms, percent):
     room = lab(latency_ms=latency_ms)
     room.attach(3, LightSensor(lambda: percent))
-    light = room.brick.light(3)
-    assert light.lamp
+    for lamp, kind in ((True, SensorType.LIGHT_ACTIVE), (False, SensorType.LIGHT_INACTIVE)):
+        light = room.brick.light(3, lamp=lamp)
+        assert light.lamp is lamp
+        assert light.percent == pytest.approx(percent, abs=1.0)
+        assert room.simulation.brick.input.ports[2].type == kind
+    light.lamp = True
     assert light.percent == pytest.approx(percent, abs=1.0)
-    light.lamp = False
-    assert light.percent == pytest.approx(percent, abs=1.0)
-    assert room.simulation.brick.input.ports[2].type == SensorType.LIGHT_INACTIVE
+    assert room.simulation.brick.input.ports[2].type == SensorType.LIGHT_ACTIVE
 
 
 def test_sound_grows_with_the_loudness_and_changes_its_weighing(lab):
