@@ -218,6 +218,10 @@ class FloorPlan:
         here = parts == parts[first]
         return all((grid.ends(self, goal) & here).any() for goal in goals)
 
+    def has_stop(self, goal: Goal, radius_mm: float) -> bool:
+        """Return whether there is a place where a stop counts, whether or not a path leads there."""
+        return bool(_Grid(self, radius_mm, 0.0).ends(self, goal).any())
+
     def path(
         self,
         start: Point,

@@ -14,6 +14,8 @@ from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
 
 OVERLAP_TOLERANCE_MM = 1.0
 """Objects may overlap by this much; they touch."""
+TINY_ROOM_MM = 1000.0
+"""A room with no side longer than this has hardly a place to drive to; in centimetres it would be a usual room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,11 @@ def outline_of_carpet(carpet: Carpet) -> Outline:
     return Outline("the carpet", carpet.at_mm, carpet.size_mm, carpet.facing_deg, 0.0)
 
 
+def in_centimetres(size_mm: tuple[float, float], tiny_mm: float) -> str:
+    """Return in millimetres a size that seems to be in centimetres; empty if a side is longer than `tiny_mm`."""
+    return f"[{10 * size_mm[0]:g}, {10 * size_mm[1]:g}]" if max(size_mm) <= tiny_mm else ""
+
+
 def misplaced(world: WorldFile) -> Iterator[str]:
     """Yield a sentence for each object of a world that cannot be where it is placed."""
     walls = [outline_of_wall(wall, f"walls[{index}]") for index, wall in enumerate(world.walls)]
@@ -105,7 +112,9 @@ def _misplaced_robot(world: WorldFile, solid: list[Outline]) -> Iterator[str]:
             yield f"robot.start_mm: the robot stands in {outline.what}; {around}"
     (x, y), (width, depth) = robot.start_mm, world.floor.size_mm
     if min(x, y, width - x, depth - y) < robot.radius_mm - OVERLAP_TOLERANCE_MM:
-        yield f"robot.start_mm: the robot stands in the wall of the room; {around}"
+        room = in_centimetres(world.floor.size_mm, TINY_ROOM_MM)
+        more = f"; if the room is in centimetres, write it in millimetres: {room}" if room else ""
+        yield f"robot.start_mm: the robot stands in the wall of the room; {around}{more}"
 
 
 def _misplaced_picture(world: WorldFile, path: str, picture: Picture, solid: list[Outline]) -> Iterator[str]:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.observers import Observers
     from behaviors.profiles.profile import MakeProfile
+    from nxtdrive.brick import Brick
     from nxtdrive.mission.assembly import MissionRun
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
@@ -119,6 +120,7 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         page = _page(args, mission, stack) if args.web else None
         robot = stack.enter_context(open_robot(in_real_time(address) if page else address, args.camera))
+        _warn_of_room(robot.brick)
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         say_hint = _say_nothing if args.json else _say_hint
         if page:
@@ -176,6 +178,20 @@ def _mission(args: argparse.Namespace) -> Mission:
     for warning in warnings(mission):
         write_error(f"warning: {warning}")
     return mission
+
+
+def _warn_of_room(brick: Brick) -> None:
+    """Warn of a simulated room in which the robot probably cannot succeed, before it tries for minutes."""
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import recorded
+    from nxtdrive.transports.sim import SimTransport
+
+    transport = recorded(brick.link.transport)
+    if isinstance(transport, SimTransport):
+        from nxtdrive.cli.views.room_warnings import room_warnings
+
+        for warning in room_warnings(transport.simulation):
+            write_error(f"warning: {Address.parse(transport.address).target}: {warning}")
 
 
 def _console(style: str) -> Callable[[Record], None]:

@@ -5,17 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_action, add_json_argument, check_not_read, new_file, writing
 from nxtdrive.cli.output import CONTINUED, report_file, write_json, write_line, write_text
-
-if TYPE_CHECKING:
-    from sim_backend.simulation import Simulation
 
 DESCRIPTION = """\
 Name the simulated rooms that sim:// opens, check your own, draw one with all its
@@ -27,8 +22,6 @@ EXAMPLES = """\
   nxtdrive world check my-room.toml
   nxtdrive world show my-room.toml --out my-room.png"""
 
-MAX_STRETCH = 1.25
-"""Photographs of a print are cropped less exactly than this, but rarely."""
 TEMPLATE = "room"
 """The bundled world that a new one starts as."""
 
@@ -72,6 +65,7 @@ def _check(args: argparse.Namespace) -> int:
 
 def _examined(file: str) -> tuple[list[str], list[str]]:
     """Return what is wrong with a world, image files included, and what is probably not intended."""
+    from nxtdrive.cli.views.room_warnings import room_warnings
     from sim_backend.simulation import Simulation
     from sim_backend.world.loading import load_world
 
@@ -81,27 +75,7 @@ def _examined(file: str) -> tuple[list[str], list[str]]:
     except ConfigError as error:
         head, *rest = str(error).split(CONTINUED)
         return rest or [head], []
-    return [], list(_warnings(simulation))
-
-
-def _warnings(simulation: Simulation) -> Iterator[str]:
-    """Yield warnings of pictures that are stretched, or hang too high or stand too low for the camera."""
-    from nxtdrive.mission.truth import FAR_MM
-
-    fronts, camera = simulation.truth.front_images(), simulation.world_file.camera
-    for index, picture in enumerate(simulation.world_file.pictures):
-        height, width = fronts[picture.name].shape[:2]
-        wide_mm, high_mm = picture.size_mm
-        if not 1 / MAX_STRETCH < wide_mm / high_mm * height / width < MAX_STRETCH:
-            yield (
-                f"pictures[{index}].size_mm: {picture.name} is stretched: its image has {width}x{height} pixels. Width "
-                f"comes first; {high_mm:g} mm high it would be {high_mm * width / height:.0f} mm wide."
-            )
-        if simulation.truth.whole_from_mm(picture.name) > FAR_MM:
-            yield (
-                f"pictures[{index}].centre_height_mm: the camera, {camera.height_mm:g} mm above the floor, sees the "
-                f"whole of {picture.name} only from far away; bring it nearer to that height."
-            )
+    return [], list(room_warnings(simulation))
 
 
 def _show(args: argparse.Namespace) -> int:

@@ -25,6 +25,17 @@ from sim_backend.world.loading import load_world, parse_world
 PAGE = (Path(__file__).parents[3] / "docs" / "worlds.md").read_text(encoding="utf-8")
 EXAMPLE, *FRAGMENTS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 
+SHORT = """
+[mission]
+name = "short"
+targets = ["lena"]
+time_limit_s = 1
+[target.lena]
+detector = "picture"
+pictures = ["LENA"]
+height_mm = 297
+""".replace("LENA", (WORLDS.parent / "pictures" / "lena.png").as_posix())
+
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
@@ -98,6 +109,83 @@ def test_a_picture_that_is_stretched_or_hangs_too_high_is_warned_of(key, odd, sa
     assert good == "odd.toml: good"
     assert warning.startswith(f"  warning: pictures[0].{key}: ")
     assert said in warning
+
+
+CLOSED = """
+[floor]
+size_mm = [4000, 3000]
+[robot]
+start_mm = [500, 1500]
+[[pictures]]
+name = "lena"
+at_mm = [3800, 1500]
+facing_deg = 180
+[[walls]]
+from_mm = [2000, 0]
+to_mm = [2000, 3000]
+"""
+FACES_THE_WALL = EXAMPLE.replace("facing_deg = 170 ", "facing_deg = 0 ").replace("at_mm = [3100,", "at_mm = [3560,")
+CENTIMETRES = EXAMPLE.replace("size_mm = [210, 297]", "size_mm = [21, 29.7]")
+SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
+
+
+@pytest.mark.parametrize(
+    ("world", "warning"),
+    [
+        (
+            FACES_THE_WALL,
+            "pictures[0].facing_deg: lena looks at a wall, a box or another picture right in front of it, so the robot "
+            "cannot see it from anywhere; facing_deg = 180 turns it round.",
+        ),
+        (
+            CLOSED,
+            "pictures[0].at_mm: no path leads from the robot's start to where it would see lena; the robot needs a gap "
+            "of 230 mm.",
+        ),
+        (CENTIMETRES, "pictures[0].size_mm: lena is tiny; if that is in centimetres, write [210, 297]."),
+        (SMALL_ROOM, "floor.size_mm: the room is tiny; if that is in centimetres, write [4000, 3000]."),
+    ],
+    ids=["faces the wall", "closed", "print in cm", "room in cm"],
+)
+def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a_run(world, warning, capsys):
+    Path("odd.toml").write_text(world, encoding="utf-8")
+    assert main(["world", "check", "odd.toml"]) == DONE
+    assert capsys.readouterr().out == f"odd.toml: good\n  warning: {warning}\n"
+    Path("short.toml").write_text(SHORT, encoding="utf-8")
+    main(["run", "short.toml", "--nxt", "sim://odd.toml", "--no-video"])
+    assert capsys.readouterr().err.startswith(f"nxtdrive: warning: odd.toml: {warning}\n")
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        'picture = "lena"\nto_mm = [1000, 1500]',
+        'picture = "lena"\nfacing_deg = 90',
+        "robot = true\nto_mm = [3000, 1500]\nfacing_deg = 0",
+    ],
+)
+def test_a_closed_room_that_an_event_opens_is_not_warned_of(what, capsys):
+    event = f'[[events]]\nname = "change"\nwhen = {{ at_s = 1 }}\n{what}\n'
+    Path("odd.toml").write_text(CLOSED + event, encoding="utf-8")
+    assert main(["world", "check", "odd.toml"]) == DONE
+    assert capsys.readouterr().out == "odd.toml: good\n"
+
+
+@pytest.mark.parametrize("more", ["mass_kg = 0.2", ""])
+def test_a_box_that_closes_the_doorway_is_warned_of_unless_it_can_be_pushed(more, capsys):
+    doorway = CLOSED.replace("to_mm = [2000, 3000]", "to_mm = [2000, 2500]")
+    box = f'[[boxes]]\nname = "crate"\nat_mm = [2000, 2750]\nsize_mm = [300, 480]\nheight_mm = 300\n{more}\n'
+    Path("odd.toml").write_text(doorway + box, encoding="utf-8")
+    assert main(["world", "check", "odd.toml"]) == DONE
+    assert ("no path leads" in capsys.readouterr().out) == (not more)
+
+
+def test_a_room_in_centimetres_whose_robot_does_not_fit_is_refused_with_the_unit(capsys):
+    Path("small.toml").write_text(SMALL_ROOM.replace("[150, 150]", "[50, 150]"), encoding="utf-8")
+    assert main(["world", "check", "small.toml"]) == USAGE
+    assert "it needs 115 mm around it; if the room is in centimetres, write it in millimetres: [4000, 3000]" in (
+        capsys.readouterr().err
+    )
 
 
 def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(capsys):
