@@ -13,7 +13,7 @@ from behaviors.mission import Mission
 from behaviors.mission.targets import PictureTarget
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.simpler_detector import simpler_detector
-from nxtdrive.mission.truth import shows
+from nxtdrive.mission.truth import HEIGHTS_PX, shows
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
 from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, RangePrediction, predict_range
@@ -21,6 +21,8 @@ from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
 
 FRAME_WIDTH = 320
+STOP_PX = 183
+"""Height of an A4 print in the frame where a robot stops, 450 mm away: only there a detail of it may be recognised."""
 MIN_RANGE_M = 1.2
 """A print that is found only from nearer is worth a warning for any reason: the robot hardly ever gets that near."""
 
@@ -41,7 +43,7 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
             yield from {f"target.{name}: {each.simpler}.": None for each in tried if each.simpler}
     detectors = {name: PictureDetector(images) for name, images in pictures.items()} if len(pictures) > 1 else {}
     for name, other in permutations(pictures, 2):
-        if any(shows(front, detectors[name]) for front in pictures[other]):
+        if any(shows(front, detectors[name], (*HEIGHTS_PX, STOP_PX)) for front in pictures[other]):
             yield (
                 f"target.{name}: its picture resembles that of target.{other}, which will be taken for it. "
                 f"Choose pictures that differ more."

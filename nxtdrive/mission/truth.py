@@ -102,9 +102,9 @@ def recognised(detector: Detector, truth: Truth) -> list[str]:
     return [name for name, front in truth.front_images().items() if shows(front, detector)]
 
 
-def shows(front: Image, detector: Detector) -> bool:
-    """Return whether a detector finds its target in a frame that shows `front` on a grey wall."""
-    return any(_finds(detector, front, height_px) for height_px in HEIGHTS_PX)
+def shows(front: Image, detector: Detector, heights_px: Sequence[int] = HEIGHTS_PX) -> bool:
+    """Return whether a detector finds its target in a frame that shows `front`, this high, on a grey wall."""
+    return any(_finds(detector, front, height_px) for height_px in heights_px)
 
 
 def _finds(detector: Detector, front: Image, height_px: int) -> bool:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from nxtdrive.mission.checking import check_mission
+from nxtdrive.mission.files import PICTURES
 from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, predict_range
 
 
@@ -72,6 +73,14 @@ def test_mission_check_says_which_targets_resemble_each_other(tmp_path, astronau
         "target.one: its picture resembles that of target.two",
         "target.two: its picture resembles that of target.one",
     ]
+
+
+@pytest.mark.slow
+def test_mission_check_says_that_a_detail_resembles_the_whole_where_only_a_close_look_shows_it(tmp_path):
+    logo = cv2.imread(str(PICTURES / "logo.png"))
+    height, width = logo.shape[:2]
+    warnings = check_mission(mission(tmp_path, whole=logo, part=logo[: height // 2, : width // 2])).warnings
+    assert any(warning.startswith("target.part: its picture resembles that of target.whole") for warning in warnings)
 
 
 def test_mission_check_says_that_a_print_is_small(tmp_path, astronaut):
