@@ -117,8 +117,10 @@ class RunReview:
             self._transition(record)
         elif record.kind is RecordKind.END:
             self._end()
-            if record.data["ending"] in GIVEN_UP and self._seen and not self._reached:
-                self._doubt_motors()
+            if record.data["ending"] in GIVEN_UP:
+                self._doubt_room()
+                if self._seen and not self._reached:
+                    self._doubt_motors()
 
     def _transition(self, record: Record) -> None:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
@@ -302,6 +304,19 @@ class RunReview:
         for target, times in self._stopped.items():
             if target not in self._reached and times >= STOPS_BEFORE_WARNING:
                 self._wrong_size(target, *self._nearer[target])
+
+    def _doubt_room(self) -> None:
+        """Hint at the check of a room of the user's own that has a target which was never seen."""
+        if self._truth is None or not self._world.is_file():
+            return
+        check = f"nxtdrive world check {shlex.quote(str(self._world))}"
+        for target in dict.fromkeys(self._mission.mission.targets):
+            if target not in self._seen and self._lookalikes(target, self._truth):
+                self._hint(
+                    target,
+                    f"{target} was never seen, although this world has it. `{check}` warns if the robot cannot see or "
+                    "reach it.",
+                )
 
     def _doubt_motors(self) -> None:
         """Hint at exchanged or reversed motors, unless they were measured or are a simulated robot's usual ones."""

@@ -14,7 +14,7 @@ from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
-from sim_backend.bundled import PICTURES
+from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.simulation import Simulation
 
 WITH_SHEET = """
@@ -139,6 +139,20 @@ def test_an_object_of_the_targets_name_that_looks_otherwise_is_to_be_corrected(m
 
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
     assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
+
+
+@pytest.mark.parametrize(("ending", "hints"), [("time_up", 1), ("given_up", 1), ("interrupted", 0), ("achieved", 0)])
+def test_a_target_that_was_never_found_in_a_room_of_ones_own_leads_to_the_check_of_that_room(
+    ending, hints, mission_for, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    Path("room.toml").write_text((WORLDS / "open.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    for world, expected in (("room.toml", hints), ("open", 0)):
+        review = RunReview(mission_for("lena"), Simulation("open").truth, lambda _: None, world=world)
+        review(_unsuccessful("lena"))
+        review(Record(600.0, RecordKind.END, "finished", "", {"ending": ending}))
+        assert len(review.hints) == expected
+        assert all("`nxtdrive world check room.toml`" in hint for hint in review.hints)
 
 
 @pytest.mark.parametrize(("by_name", "hints"), [(False, 1), (True, 0)])
