@@ -71,11 +71,8 @@ def _unreachable(path: str, plan: FloorPlan, goal: Goal, world: WorldFile) -> It
     robot, name = world.robot, goal.name
     if not plan.has_stop(goal, robot.radius_mm):
         turned = replace(goal, facing_deg=wrapped_deg(goal.facing_deg + 180))
-        remedy = (
-            f"facing_deg = {turned.facing_deg % 360:g} turns it round"
-            if plan.has_stop(turned, robot.radius_mm)
-            else "move one of them"
-        )
+        turn = f", or turn it round by facing_deg = {turned.facing_deg % 360:g}"
+        remedy = f"move one of them{turn if plan.has_stop(turned, robot.radius_mm) else ''}"
         yield (
             f"{path}.facing_deg: {name} looks at a wall, a box or another picture right in front of it, so the robot "
             f"cannot see it from anywhere; {remedy}."

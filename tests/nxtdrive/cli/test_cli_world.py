@@ -135,7 +135,7 @@ SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
         (
             FACES_THE_WALL,
             "pictures[0].facing_deg: lena looks at a wall, a box or another picture right in front of it, so the robot "
-            "cannot see it from anywhere; facing_deg = 180 turns it round.",
+            "cannot see it from anywhere; move one of them, or turn it round by facing_deg = 180.",
         ),
         (
             CLOSED,
