@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from sim_backend.plane import along_and_across, corners_of
 from sim_backend.world.objects import STAND_THICKNESS_MM
 from sim_backend.world.sensor_tables import Patch
-from sim_backend.world.toml_types import Point
+from sim_backend.world.toml_types import ROOM_M, Point, in_other_unit
 from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
 
 OVERLAP_TOLERANCE_MM = 1.0
@@ -84,11 +84,6 @@ def outline_of_carpet(carpet: Carpet) -> Outline:
     return Outline("the carpet", carpet.at_mm, carpet.size_mm, carpet.facing_deg, 0.0)
 
 
-def in_centimetres(size_mm: tuple[float, float], tiny_mm: float) -> str:
-    """Return in millimetres a size that seems to be in centimetres; empty if a side is longer than `tiny_mm`."""
-    return f"[{10 * size_mm[0]:g}, {10 * size_mm[1]:g}]" if max(size_mm) <= tiny_mm else ""
-
-
 def misplaced(world: WorldFile) -> Iterator[str]:
     """Yield a sentence for each object of a world that cannot be where it is placed."""
     walls = [outline_of_wall(wall, f"walls[{index}]") for index, wall in enumerate(world.walls)]
@@ -112,8 +107,8 @@ def _misplaced_robot(world: WorldFile, solid: list[Outline]) -> Iterator[str]:
             yield f"robot.start_mm: the robot stands in {outline.what}; {around}"
     (x, y), (width, depth) = robot.start_mm, world.floor.size_mm
     if min(x, y, width - x, depth - y) < robot.radius_mm - OVERLAP_TOLERANCE_MM:
-        room = in_centimetres(world.floor.size_mm, TINY_ROOM_MM)
-        more = f"; if the room is in centimetres, write it in millimetres: {room}" if room else ""
+        tiny = max(world.floor.size_mm) <= TINY_ROOM_MM
+        more = f"; if floor.size_mm is {in_other_unit(world.floor.size_mm, ROOM_M)}" if tiny else ""
         yield f"robot.start_mm: the robot stands in the wall of the room; {around}{more}"
 
 

@@ -30,8 +30,16 @@ Offset = Annotated[float, Field(ge=-500, le=500)]
 """From the middle of the robot's axle; the body's radius is 500 mm at most."""
 Mounting = Annotated[tuple[Offset, Offset], Strict(False)]
 """A position on the robot: forward and right of the middle of the axle."""
+ROOM_M, PRINT_M = 20.0, 3.0
+"""No room and no print is larger in metres."""
 MAX_TIMES = 1_000_000
 """Once a second in the longest simulation."""
+
+
+def in_other_unit(size_mm: tuple[float, float], metres_up_to: float) -> str:
+    """Say how to write in millimetres a size that was probably meant in metres, or above that limit in centimetres."""
+    unit, factor = ("metres", 1000) if max(size_mm) <= metres_up_to else ("centimetres", 10)
+    return f"in {unit}, write [{factor * size_mm[0]:g}, {factor * size_mm[1]:g}]"
 
 
 def _span(value: object) -> object:

@@ -17,6 +17,7 @@ from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
 from sim_backend.world.toml_types import (
     PAINTS,
+    ROOM_M,
     Direction,
     Entries,
     Length,
@@ -28,6 +29,7 @@ from sim_backend.world.toml_types import (
     Positive,
     Size,
     Table,
+    in_other_unit,
 )
 
 Degrees = Annotated[float, Field(ge=-180, le=180)]
@@ -59,8 +61,7 @@ class Floor(Table):
     @classmethod
     def _holds_a_robot(cls, size_mm: tuple[float, float]) -> tuple[float, float]:
         if min(size_mm) < 2 * MIN_RADIUS_MM:
-            millimetres = ", ".join(f"{1000 * each:g}" for each in size_mm)
-            raise ValueError(f"no robot fits in; if it is in metres, write it in millimetres: [{millimetres}]")
+            raise ValueError(f"no robot fits in; if that is {in_other_unit(size_mm, ROOM_M)}")
         return size_mm
 
 

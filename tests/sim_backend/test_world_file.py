@@ -155,7 +155,7 @@ def test_every_mistake_is_reported_at_once_with_its_path():
 
 def test_a_room_in_metres_is_one_mistake_with_the_millimetres():
     [mistake] = mistakes_in(GOOD.replace("size_mm = [3000, 2000]", "size_mm = [3.6, 2.8]"))
-    assert mistake == "floor.size_mm: no robot fits in; if it is in metres, write it in millimetres: [3600, 2800]"
+    assert mistake == "floor.size_mm: no robot fits in; if that is in metres, write [3600, 2800]"
 
 
 def test_a_misspelt_key_gets_the_likely_one():

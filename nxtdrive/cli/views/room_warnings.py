@@ -10,7 +10,8 @@ from sim_backend.evaluation import Scene, scene
 from sim_backend.plane import wrapped_deg
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.simulation import Simulation
-from sim_backend.world.placement import TINY_ROOM_MM, in_centimetres
+from sim_backend.world.placement import TINY_ROOM_MM
+from sim_backend.world.toml_types import PRINT_M, ROOM_M, in_other_unit
 from sim_backend.world.world_file import WorldFile
 
 MAX_STRETCH = 1.25
@@ -28,8 +29,9 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
     which no path leads; and a tiny room.
     """
     world = simulation.world_file
-    if room := in_centimetres(world.floor.size_mm, TINY_ROOM_MM):
-        yield f"floor.size_mm: the room is tiny; if that is in centimetres, write {room}."
+    tiny = max(world.floor.size_mm) <= TINY_ROOM_MM
+    if tiny:
+        yield f"floor.size_mm: the room is tiny; if that is {in_other_unit(world.floor.size_mm, ROOM_M)}."
     fronts, now = simulation.truth.front_images(), _lasting(simulation)
     for index, picture in enumerate(world.pictures):
         path, name = f"pictures[{index}]", picture.name
@@ -40,14 +42,14 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
                 f"{path}.size_mm: {name} is stretched: its image has {width}x{height} pixels. Width "
                 f"comes first; {high_mm:g} mm high it would be {high_mm * width / height:.0f} mm wide."
             )
-        if size := in_centimetres(picture.size_mm, TINY_PRINT_MM):
-            yield f"{path}.size_mm: {name} is tiny; if that is in centimetres, write {size}."
+        if max(picture.size_mm) <= TINY_PRINT_MM:
+            yield f"{path}.size_mm: {name} is tiny; if that is {in_other_unit(picture.size_mm, PRINT_M)}."
         if simulation.truth.whole_from_mm(name) > FAR_MM:
             yield (
                 f"{path}.centre_height_mm: the camera, {world.camera.height_mm:g} mm above the floor, sees the "
                 f"whole of {name} only from far away; bring it nearer to that height."
             )
-        if name in now.goals and not room:
+        if name in now.goals and not tiny:
             yield from _unreachable(path, now.plan, now.goals[name], world)
 
 

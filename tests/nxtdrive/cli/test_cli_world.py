@@ -126,6 +126,7 @@ to_mm = [2000, 3000]
 """
 FACES_THE_WALL = EXAMPLE.replace("facing_deg = 170 ", "facing_deg = 0 ").replace("at_mm = [3100,", "at_mm = [3560,")
 CENTIMETRES = EXAMPLE.replace("size_mm = [210, 297]", "size_mm = [21, 29.7]")
+METRES = EXAMPLE.replace("size_mm = [210, 297]", "size_mm = [0.21, 0.297]")
 SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
 
 
@@ -143,9 +144,10 @@ SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
             "of 230 mm.",
         ),
         (CENTIMETRES, "pictures[0].size_mm: lena is tiny; if that is in centimetres, write [210, 297]."),
+        (METRES, "pictures[0].size_mm: lena is tiny; if that is in metres, write [210, 297]."),
         (SMALL_ROOM, "floor.size_mm: the room is tiny; if that is in centimetres, write [4000, 3000]."),
     ],
-    ids=["faces the wall", "closed", "print in cm", "room in cm"],
+    ids=["faces the wall", "closed", "print in cm", "print in m", "room in cm"],
 )
 def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a_run(world, warning, capsys):
     Path("odd.toml").write_text(world, encoding="utf-8")
@@ -180,12 +182,19 @@ def test_a_box_that_closes_the_doorway_is_warned_of_unless_it_can_be_pushed(more
     assert ("no path leads" in capsys.readouterr().out) == (not more)
 
 
-def test_a_room_in_centimetres_whose_robot_does_not_fit_is_refused_with_the_unit(capsys):
-    Path("small.toml").write_text(SMALL_ROOM.replace("[150, 150]", "[50, 150]"), encoding="utf-8")
+@pytest.mark.parametrize(
+    ("size", "said"),
+    [
+        ("[400, 300]", "it needs 115 mm around it; if floor.size_mm is in centimetres, write [4000, 3000]"),
+        ("[400, 90]", "floor.size_mm: no robot fits in; if that is in centimetres, write [4000, 900]"),
+        ("[4, 0.9]", "floor.size_mm: no robot fits in; if that is in metres, write [4000, 900]"),
+    ],
+)
+def test_a_room_in_which_no_robot_fits_is_refused_with_the_unit_that_was_probably_meant(size, said, capsys):
+    room = f"[floor]\nsize_mm = {size}\n[robot]\nstart_mm = [50, 45]\n"
+    Path("small.toml").write_text(room, encoding="utf-8")
     assert main(["world", "check", "small.toml"]) == USAGE
-    assert "it needs 115 mm around it; if the room is in centimetres, write it in millimetres: [4000, 3000]" in (
-        capsys.readouterr().err
-    )
+    assert said in capsys.readouterr().err
 
 
 def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(capsys):
