@@ -222,7 +222,7 @@ class MotionScheduler:
             with self._entry:
                 pass
             with self._lock:
-                if not motion.done:
+                if motion.due <= now:  # unless it was ended meanwhile, or another thread ran the step
                     alive = motion.transport is self._link.transport and not self._link.lost
                     self._advance(motion, None if alive else _lost())
 
