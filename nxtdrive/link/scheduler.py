@@ -218,7 +218,8 @@ class MotionScheduler:
         if not self._motions or self.stepping:  # called by a request of a step: other steps run after it
             return
         now = self._link.now() + RESOLUTION_S
-        for motion in sorted((each for each in self._motions if each.due <= now), key=lambda each: each.due):
+        motions = tuple(self._motions)  # commands of other threads change the list meanwhile
+        for motion in sorted((each for each in motions if each.due <= now), key=lambda each: each.due):
             with self._entry:
                 pass
             with self._lock:

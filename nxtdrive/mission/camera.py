@@ -6,8 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nxtdrive.mission.body import MissionClock
-from nxtdrive.transports.record import recorded
-from nxtdrive.transports.sim import SimTransport
+from nxtdrive.transports.sim import simulated
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -62,7 +61,7 @@ def watch_frames(
 
     if isinstance(camera, LiveCamera):
         camera.on_frame(observer)
-    elif isinstance(camera, SimulatedCamera) and isinstance(transport := recorded(brick.link.transport), SimTransport):
+    elif isinstance(camera, SimulatedCamera) and (transport := simulated(brick.link.transport)):
         number = -1
 
         def due() -> bool:
@@ -75,5 +74,5 @@ def watch_frames(
 
 def simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - both kinds of vision use it
     """Return the webcam of a simulated brick's robot; None for any other brick."""
-    transport = recorded(brick.link.transport)
-    return transport.webcam if isinstance(transport, SimTransport) else None
+    transport = simulated(brick.link.transport)
+    return transport.webcam if transport else None

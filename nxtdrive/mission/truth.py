@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 
 from nxtdrive.mission.detectors import codes_in
-from nxtdrive.transports.record import recorded
-from nxtdrive.transports.sim import SimTransport
+from nxtdrive.transports.sim import simulated
 from nxtdrive.vision.detectors.color import ColorDetector
 
 if TYPE_CHECKING:
@@ -60,8 +59,8 @@ class Truth(Protocol):
 
 def truth_of(brick: Brick) -> Truth | None:
     """Return the truth about a simulated brick's world; None for any other brick."""
-    transport = recorded(brick.link.transport)
-    return cast("Truth", transport.truth) if isinstance(transport, SimTransport) else None
+    transport = simulated(brick.link.transport)
+    return cast("Truth", transport.truth) if transport else None
 
 
 class SimulatedRoom:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, Self
 from firmware_protocol.errors import AddressError, LinkLost
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.base import Transport
+from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sleep_warning import SleepWarning
 
 if TYPE_CHECKING:
@@ -245,3 +247,9 @@ def _firmware(text: str) -> str:
     if text not in FIRMWARES:
         raise ValueError(f"it must be {' or '.join(FIRMWARES)}")
     return text
+
+
+def simulated(transport: Transport) -> SimTransport | None:
+    """Return a simulated brick's transport, also one that is recorded; None for any other."""
+    inner = recorded(transport)
+    return inner if isinstance(inner, SimTransport) else None

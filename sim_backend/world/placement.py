@@ -14,8 +14,6 @@ from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
 
 OVERLAP_TOLERANCE_MM = 1.0
 """Objects may overlap by this much; they touch."""
-TINY_ROOM_MM = 1000.0
-"""A room with no side longer than this has hardly a place to drive to; in centimetres it would be a usual room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +105,7 @@ def _misplaced_robot(world: WorldFile, solid: list[Outline]) -> Iterator[str]:
             yield f"robot.start_mm: the robot stands in {outline.what}; {around}"
     (x, y), (width, depth) = robot.start_mm, world.floor.size_mm
     if min(x, y, width - x, depth - y) < robot.radius_mm - OVERLAP_TOLERANCE_MM:
-        tiny = max(world.floor.size_mm) <= TINY_ROOM_MM
-        more = f"; if floor.size_mm is {in_other_unit(world.floor.size_mm, ROOM_M)}" if tiny else ""
+        more = f"; if floor.size_mm is {in_other_unit(world.floor.size_mm, ROOM_M)}" if world.floor.is_tiny else ""
         yield f"robot.start_mm: the robot stands in the wall of the room; {around}{more}"
 
 

@@ -37,6 +37,8 @@ SensorPort = Annotated[int, Field(ge=0, le=4)]
 
 MIN_RADIUS_MM = 50
 """Of the robot's body."""
+TINY_ROOM_MM = 1000.0
+"""A room with no side longer than this is tiny."""
 FRAME_DIAGONAL = 1.25
 """Diagonal of a 4:3 frame over its width."""
 STEEPEST_DEG = 84.0
@@ -56,6 +58,11 @@ class Floor(Table):
     color: Paint = PAINTS["grey"]
     wall_height_mm: Length = 600.0
     wall_texture: Name = "wall"
+
+    @property
+    def is_tiny(self) -> bool:
+        """Whether it has hardly a place to drive to; in centimetres it would be a usual room."""
+        return max(self.size_mm) <= TINY_ROOM_MM
 
     @field_validator("size_mm")
     @classmethod

@@ -191,6 +191,12 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
     )
 
 
+def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:
+    """Return the robot file's values, by the names of the estimated ones, whose track includes the slip of turns."""
+    values = {**camera.model_dump(), **robot.model_dump(), "axle_track_mm": robot.turning_track_mm}
+    return {key: float(values[key]) for key in (*CAMERA_KEYS, *WHEEL_KEYS)}
+
+
 def misfit_px(track: Track, current: dict[str, float], found: dict[str, float]) -> float:
     """Return by how much these values of the robot miss the markers on average, wherever the sheet hangs.
 
@@ -233,7 +239,7 @@ def _slips(counts: Array) -> Array:
 
 
 def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: float) -> tuple[Array, Array, Array]:
-    current = {**camera.model_dump(), **robot.model_dump(), "axle_track_mm": robot.turning_track_mm}
+    current = believed_values(robot, camera)
     start = {name: current[name] if value is None else value for name, (value, _, _) in PARAMETERS.items()}
     start["latency_s"] = latency_s
     seen = track.views[0].seen

@@ -12,11 +12,11 @@ from firmware_protocol.printable import printable
 from nxtdrive.mission.body import build_rover
 
 from . import SHEET_HEIGHT_MM
-from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
+from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, believed_values, estimate, misfit_px
 from .course import CalibrationRefused, Course
 from .motor_directions import dead_zone_percent, is_reversed
 from .sonar_place import SheetRefused, estimate_sonar, size_doubt
-from .verdict import believed_values, check, described, measured, rounded
+from .verdict import check, described, measured, rounded
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick

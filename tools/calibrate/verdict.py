@@ -9,10 +9,10 @@ from pathlib import Path
 from pydantic import BaseModel, ValidationError
 
 from behaviors.mission.mistakes import mistakes
-from behaviors.mission.robot import CameraTable, MeasuredTable, RobotFile, RobotTable
+from behaviors.mission.robot import MeasuredTable, RobotFile
 from input_files.toml_file import toml_key, toml_string
 
-from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
+from .camera_and_wheels import Estimate
 from .course import REMEDY, CalibrationRefused
 
 MAX_RESIDUAL = 1.0 / 320
@@ -162,9 +162,3 @@ def write_robot_file(path: Path, file: RobotFile) -> Path | None:
         replace_file(copy, before)
     replace_file(path, toml_text(file).encode())
     return copy
-
-
-def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:
-    """Return the robot file's values, by the names of the estimated ones, whose track includes the slip of turns."""
-    values = {**camera.model_dump(), **robot.model_dump(), "axle_track_mm": robot.turning_track_mm}
-    return {key: float(values[key]) for key in (*CAMERA_KEYS, *WHEEL_KEYS)}

@@ -183,11 +183,9 @@ def _mission(args: argparse.Namespace) -> Mission:
 def _warn_of_room(brick: Brick) -> None:
     """Warn of a simulated room in which the robot probably cannot succeed, before it tries for minutes."""
     from nxtdrive.transports.address import Address
-    from nxtdrive.transports.record import recorded
-    from nxtdrive.transports.sim import SimTransport
+    from nxtdrive.transports.sim import simulated
 
-    transport = recorded(brick.link.transport)
-    if isinstance(transport, SimTransport):
+    if transport := simulated(brick.link.transport):
         from nxtdrive.cli.views.room_warnings import room_warnings
 
         for warning in room_warnings(transport.simulation):

@@ -10,7 +10,6 @@ from sim_backend.evaluation import Scene, scene
 from sim_backend.plane import wrapped_deg
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.simulation import Simulation
-from sim_backend.world.placement import TINY_ROOM_MM
 from sim_backend.world.toml_types import PRINT_M, ROOM_M, in_other_unit
 from sim_backend.world.world_file import WorldFile
 
@@ -29,8 +28,7 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
     which no path leads; and a tiny room.
     """
     world = simulation.world_file
-    tiny = max(world.floor.size_mm) <= TINY_ROOM_MM
-    if tiny:
+    if world.floor.is_tiny:
         yield f"floor.size_mm: the room is tiny; if that is {in_other_unit(world.floor.size_mm, ROOM_M)}."
     fronts, now = simulation.truth.front_images(), _lasting(simulation)
     for index, picture in enumerate(world.pictures):
@@ -49,7 +47,7 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
                 f"{path}.centre_height_mm: the camera, {world.camera.height_mm:g} mm above the floor, sees the "
                 f"whole of {name} only from far away; bring it nearer to that height."
             )
-        if name in now.goals and not tiny:
+        if name in now.goals and not world.floor.is_tiny:
             yield from _unreachable(path, now.plan, now.goals[name], world)
 
 

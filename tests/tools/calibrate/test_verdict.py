@@ -17,12 +17,12 @@ from behaviors.mission.robot import (
     RobotTable,
     load_robot_file,
 )
-from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Estimate
+from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Estimate, believed_values
 from nxtdrive.tools.calibrate.course import CalibrationRefused
 from nxtdrive.tools.calibrate.least_squares import fit
 from nxtdrive.tools.calibrate.sonar_place import estimate_sonar, size_doubt
 from nxtdrive.tools.calibrate.track import Track
-from nxtdrive.tools.calibrate.verdict import believed_values, check, described, write_robot_file
+from nxtdrive.tools.calibrate.verdict import check, described, write_robot_file
 
 GOOD = Estimate(dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 0.001), 0.2, 200, converged=True)
 finite = st.floats(-20, 20)
