@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -25,6 +25,7 @@ class TargetProgress:
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
         round: In which round it is, or was last, from 1; 0 before the first.
+        due: Whether it may come before its next round.
     """
 
     target: str
@@ -32,6 +33,7 @@ class TargetProgress:
     time_s: float | None = None
     attempts: int = 0
     round: int = 0
+    due: bool = False
 
 
 class TargetQueue:
@@ -40,11 +42,16 @@ class TargetQueue:
     Args:
         targets: Names in order, at least one.
         rounds: Most rounds for one target.
+
+    Attributes:
+        first_of: Chooses which of these targets is next, where nothing else has; the first in order unless a profile
+            sets another rule.
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
         self.targets = [TargetProgress(target) for target in targets]
         self.rounds = rounds
+        self.first_of: Callable[[Sequence[str]], str] = lambda names: names[0]
         self._begin(self.targets[0])
 
     @property
@@ -93,32 +100,41 @@ class TargetQueue:
 
     @property
     def earlier(self) -> list[str]:
-        """The targets that had fewer rounds than this one, and come before its next round; empty if it has none."""
+        """The targets that may come before this one's next round; empty if it has none."""
         if not self.another_round:
             return []
-        return [progress.target for progress in self._waiting() if progress.round < self.current.round]
+        return [each.target for each in self._waiting() if each.round < self.current.round or each.due]
 
     def decide(self, outcome: TargetOutcome) -> None:
         """Record the outcome of the current target."""
         self.current.outcome = outcome
 
+    def renew(self, target: str) -> None:
+        """Let a target come before its next round."""
+        for progress in self._waiting():
+            if progress.target == target and progress is not self.current:
+                progress.due = True
+
     def next_target(self, preferred: str = "") -> None:
-        """Continue with the next target; the caller has checked `more_targets`.
+        """Continue with a target that had the fewest rounds or is due; the caller has checked `more_targets`.
 
         Args:
-            preferred: This one rather than the first in order, among those that had the fewest rounds.
+            preferred: This one rather than another of them.
         """
         waiting = self._waiting()
         if not waiting:
             raise IndexError("no target is left in the queue")
         fewest = min(progress.round for progress in waiting)
-        first = [progress for progress in waiting if progress.round == fewest]
-        self._begin(next((progress for progress in first if progress.target == preferred), first[0]))
+        first = [progress for progress in waiting if progress.round == fewest or progress.due]
+        names = [progress.target for progress in first]
+        name = preferred if preferred in names else self.first_of(names)
+        self._begin(first[names.index(name)])
 
     def _waiting(self) -> list[TargetProgress]:
         return [each for each in self.targets if each.outcome is not TargetOutcome.REACHED and each.round < self.rounds]
 
     def _begin(self, progress: TargetProgress) -> None:
         progress.round += 1
+        progress.due = False
         progress.outcome, progress.time_s = TargetOutcome.PENDING, None  # also of one that was given up before
         self.current = progress

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from behaviors.adaptive.approach import ApproachSkill
@@ -20,7 +20,7 @@ from behaviors.evidence import Evidence, Viewpoint
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Point
-from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy, checked_choice
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy, checked_choice
 from behaviors.return_types import checked
 from behaviors.skills import Skill, SkillContext
 from behaviors.target_queue import TargetQueue
@@ -87,6 +87,8 @@ class AdaptiveProfile:
     ) -> None:
         parameters = mission.adaptive
         queue.rounds = max(queue.rounds, parameters.rounds)
+        if not parameters.in_order:
+            queue.first_of = self._soonest
         self._parameters = parameters
         self._queue = queue
         self.world = WorldModel(mission)
@@ -97,6 +99,7 @@ class AdaptiveProfile:
         self._map_ignored_s: float | None = None
         self._decided: tuple[float, Point] | None = None
         self._destined: Viewpoint | None = None
+        self._left_unseen: set[str] = set()
 
     @classmethod
     def own_policy(cls, mission: Mission) -> RecoveryPolicy:
@@ -141,6 +144,19 @@ class AdaptiveProfile:
         self.world.learn(self._queue.target, failure, self._perception.now(), self._queue.round)
         if self.world.floor.forgotten > forgotten:
             self._report(Event.MAP_CLEARED, Reason.WALLED_IN)
+        self._renew_seen()
+
+    def _renew_seen(self) -> None:
+        """Let the targets that were left unseen and have been seen since come before their next round."""
+        for target in self._left_unseen & self.world.targets.known.keys():
+            self._queue.renew(target)
+
+    def _soonest(self, targets: Sequence[str]) -> str:
+        """Return the target that can be reached soonest, or the first that has not just been left."""
+        others = [target for target in targets if target != self._queue.target] or list(targets)
+        known = CandidateGenerator(self.world, self._parameters).others(others, self._perception.now())
+        soonest = min(known, key=lambda each: each.travel_s / each.chance, default=None)
+        return soonest.target if soonest else others[0]
 
     def evidence(self, basis: Evidence) -> Evidence:
         """Add the blocker, and the candidates with their times and chances."""
@@ -171,6 +187,8 @@ class AdaptiveProfile:
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = checked_choice(self._policy.select, evidence, self._queue.names)
         destination = choice.route[-1] if choice.route else None
+        if choice.kind is CHANGE_TARGET and evidence.target not in self.world.targets.known:
+            self._left_unseen.add(evidence.target)
         if choice.kind is not WAIT:
             self._destined = next((each for each in evidence.viewpoints if each.route == choice.route), None)
         self.world.attempts.chose(evidence.target, choice.kind.name, self.world.here, destination)
@@ -189,6 +207,7 @@ class AdaptiveProfile:
 
     def _begin_pursuit(self) -> None:
         pursuit = self._queue.target, self._queue.round
+        self._left_unseen.discard(self._queue.target)
         if pursuit != self._pursuit:
             self._pursuit, self._pursued_s = pursuit, self._perception.now()
 

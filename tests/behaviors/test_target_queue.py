@@ -92,6 +92,47 @@ def test_what_is_reached_is_not_preferred():
     assert queue.target == "b"
 
 
+def test_a_target_that_is_due_comes_before_its_next_round_and_only_once():
+    queue = TargetQueue(["a", "b", "c"], rounds=3)
+    queue.next_target("b")
+    queue.renew("a")
+    assert queue.earlier == ["a", "c"]
+    queue.next_target("a")
+    assert (queue.target, queue.round) == ("a", 2)
+    queue.next_target("c")
+    assert queue.earlier == []
+    queue.next_target("a")
+    assert queue.target == "b"
+
+
+def test_neither_the_target_at_hand_nor_one_without_another_round_is_ever_due():
+    queue = TargetQueue(["a", "b"], rounds=2)
+    queue.renew("a")
+    queue.next_target()
+    queue.next_target()
+    queue.next_target()
+    assert (queue.target, queue.round) == ("b", 2)
+    queue.renew("a")
+    assert not queue.more_targets
+
+
+def test_a_profile_may_set_which_target_is_next():
+    queue = TargetQueue(["a", "b", "c"], rounds=2)
+    offered: list[list[str]] = []
+
+    def last(names):
+        offered.append(list(names))
+        return names[-1]
+
+    queue.first_of = last
+    queue.decide(TargetOutcome.REACHED)
+    queue.next_target()
+    queue.next_target("b")
+    queue.next_target()
+    assert queue.target == "c"
+    assert offered == [["b", "c"], ["b", "c"]]
+
+
 def test_continuing_when_nothing_is_left_is_an_error():
     queue = TargetQueue(["a"])
     queue.decide(TargetOutcome.REACHED)

@@ -1,4 +1,4 @@
-"""Another target comes first when it can be reached sooner, unless the mission wants them in order."""
+"""Another target comes first when it can be reached sooner, unless the mission asks for them in order."""
 
 from __future__ import annotations
 
@@ -48,3 +48,23 @@ def test_a_target_in_view_comes_before_one_that_is_not_found(in_order):
     assert (events[0] == left) != in_order
     # what does not exist is looked for again as long as there is time
     assert events[-1][0] == first
+
+
+@pytest.mark.slow
+def test_a_target_that_was_left_before_it_was_ever_seen_comes_next_once_it_is_seen():
+    scenario = generate_scenario("flat", 16900)
+    first, second, near = scenario.mission.mission.targets
+    _, events = _events(scenario)
+    left, back = events.index((first, near)), events.index((second, first))
+    assert left < events.index((near, "reached")) < back
+    assert events[back + 1] == (first, "reached")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("in_order", [False, True])
+def test_after_an_arrival_a_target_that_was_seen_comes_before_one_that_was_not(in_order):
+    scenario = generate_scenario("hurry", 16907)
+    near, unseen, seen = scenario.mission.mission.targets
+    _, events = _events(replace(scenario, mission=_mission(scenario.mission, in_order)))
+    reached = [target for target, event in events if event == "reached"]
+    assert reached == ([near, unseen, seen] if in_order else [near, seen, unseen])
