@@ -157,6 +157,21 @@ def test_the_readme_counts_targets_as_the_evaluation_does():
         assert f"reached {count}" in measured, count
 
 
+def test_what_the_evaluation_says_in_short_is_in_its_tables():
+    text = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
+    summary = " ".join(text.split("**In short**")[1].split("\n\n")[0].split())
+    easy = text.split("### The easy suite")[1].split("\n###")[0]
+    share = {agent: 100 * float(rate) for agent, rate in re.findall(r"^\| (\w+) \| (0\.\d+) \[", easy, re.MULTILINE)}
+    hard = text.split("### The hard suite")[1].split("### With rendered frames")[0]
+    by_class = re.findall(r"^\| (?:`\w+`|adaptive) \| ([01]\.\d+) \[", hard, re.MULTILINE)
+    assert f"[adaptive profile](adaptive.md) reaches {share['adaptive']:.1f} %" in summary
+    assert f"the thesis profile {share['thesis']:.1f} %" in summary
+    assert f"given the ground truth {share['oracle']:.1f} %" in summary
+    assert len(by_class) == 9
+    assert "In nine [harder classes]" in summary
+    assert f"reaches {100 * min(map(float, by_class)):.0f} to 100 %" in summary
+
+
 def test_the_built_in_missions_pictures_exist():
     from behaviors.mission import BUILT_IN, load_mission
 
