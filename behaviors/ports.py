@@ -1,7 +1,7 @@
 """The ports of a mission: robot, camera and clock, the values that pass through them, and how they fail.
 
 Throughout the project *positive is right*: bearings, turns and headings grow clockwise seen from above; x points
-forward at the start, y to the right of it. Lengths are millimetres, angles degrees, times seconds.
+forward at the start, y to the right of it. Lengths are in millimetres, angles in degrees, times in seconds.
 """
 
 from __future__ import annotations

@@ -51,10 +51,10 @@ class TimeLimitExceeded(AssertionError):
 class SimWorld:
     """A simulation to arrange and to inspect. As a context manager it has an address.
 
-    Places are millimetres on the world's map: x to the right, y down; the `empty` world is 4000 x 3000 with the robot
-    at (400, 1500), looking to the right. Objects put without y get the robot's y. Angles are degrees
-    clockwise, times seconds. Scheduled changes happen while time passes: while the program waits for the
-    brick, sleeps on its clock, or the test calls `advance`.
+    Places are in millimetres on the world's map: x to the right, y down; the `empty` world is 4000 x 3000 with the
+    robot at (400, 1500), facing right. Objects put without y get the robot's y. Angles are in degrees clockwise, times
+    in seconds. Scheduled changes happen while time passes: while the program waits for the brick, sleeps on its clock,
+    or the test calls `advance`.
 
     Args:
         world: The name of a bundled world, or the path of a world file.

@@ -1,7 +1,8 @@
 """World files: a room, its objects and people, and its events.
 
-A world file is TOML. Lengths are millimetres, angles degrees clockwise, times seconds; the map has x to the right and y
-down, heading 0 along +x. The bundled worlds in `sim_backend/worlds/` show every table. Unknown keys are mistakes.
+A world file is TOML. Lengths are in millimetres, angles in degrees clockwise, times in seconds; the map has x to the
+right and y down, heading 0 along +x. The bundled worlds in `sim_backend/worlds/` show every table.
+Unknown keys are mistakes.
 """
 
 from __future__ import annotations

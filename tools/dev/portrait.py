@@ -1,7 +1,7 @@
 """The picture "lena": a drawing of a woman with a straw hat.
 
 Our own drawing, in the role that a well-known photograph (which is not free) plays in many vision programs. It is
-shaded enough for OpenCV's frontal face cascades to take it for a face. Lengths are millimetres on an A4 sheet.
+shaded enough for OpenCV's frontal face cascades to take it for a face. Lengths are in millimetres on an A4 sheet.
 """
 
 from __future__ import annotations

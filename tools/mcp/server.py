@@ -29,7 +29,7 @@ Number = Annotated[float, Strict()]
 """Booleans and texts are refused."""
 
 INSTRUCTIONS = """\
-A small robot with {parts}. Lengths are millimetres, angles degrees,
+A small robot with {parts}. Lengths are in millimetres, angles in degrees,
 positive to the right; the pose is x forward, y right, heading clockwise, from where the robot began. One call
 drives at most {max_mm:g} mm or turns at most {max_deg:g} degrees. {safety}
 Missions search for targets by name, drive there and recover by themselves; start one with `mission_run` and follow it

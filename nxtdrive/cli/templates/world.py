@@ -26,7 +26,7 @@ UNLIKELY_MM = 60.0
 
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
-# Lengths in mm, times in s, angles in degrees clockwise: 0 looks to the right of the map, 90 down.
+# Lengths in mm, times in s, angles in degrees clockwise: 0 points to the right of the map, 90 down.
 # The map has x to the right and y down. docs/worlds.md has all tables and keys.
 title = {title}
 
