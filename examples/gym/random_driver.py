@@ -1,4 +1,4 @@
-"""Drive a robot at random, then take the decisions of one: the two environments of nxtdrive.gym."""
+"""Drive a robot at random, then make the decisions of another: the two environments of nxtdrive.gym."""
 
 import gymnasium
 

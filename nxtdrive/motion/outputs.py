@@ -1,7 +1,7 @@
 """Output ports at the level of the firmware: leased motion, rest, and consistent readings.
 
 **The lease.** Neither a pulled cable nor a dead PC stops a motor: the firmware keeps executing the last command. So
-every motion has a tacho limit a little way ahead, which a living program keeps moving on. Limits count from the last
+every motion has a tacho limit a little way ahead, which a running program keeps moving on. Limits count from the last
 target and add up (docs/firmware.md section 1, fact 12), so the limit must be set afresh each time, without disturbing
 the regulator. One write to the output module's IO map does both in a single pass of the firmware: it resets
 TachoCount and the base of the limit, and sets speed, limit and mode (docs/firmware.md sections 5.2 and 9.1). It works

@@ -1,6 +1,6 @@
 """The hard suite: flats, people, light and robots as they ordinarily are.
 
-The docstring of each class says what it requires of a profile. In scenarios of odd seeds, but those of `before`, the
+The docstring of each class says what it requires of a profile. In scenarios of odd seeds, except those of `before`, the
 robot differs from its description: camera, wheels and track deviate from the numbers in the mission's file.
 """
 
