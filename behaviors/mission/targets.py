@@ -133,7 +133,7 @@ class OnnxTarget(Table):
         return values
 
 
-class OtherTarget(_Target):
+class ExternalTarget(_Target):
     """What the detector of an installed package finds; the package checks the other keys."""
 
     model_config = ConfigDict(extra="allow")
@@ -156,6 +156,6 @@ Target = Annotated[
     | Annotated[QrTarget, Tag("qr")]
     | Annotated[ColorTarget, Tag("color")]
     | Annotated[OnnxTarget, Tag("onnx")]
-    | Annotated[OtherTarget, Tag(OTHER)],
+    | Annotated[ExternalTarget, Tag(OTHER)],
     Discriminator(_kind),
 ]

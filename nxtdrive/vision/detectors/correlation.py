@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, distinct, quad_of
 from nxtdrive.vision.detectors.alignment import Aligner, Candidates, Poses, align
-from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
+from nxtdrive.vision.detectors.frame_pyramid import Pyramid, rectified
 from nxtdrive.vision.detectors.proposals import Proposer
 from nxtdrive.vision.detectors.resemblance import resemblance
 from nxtdrive.vision.detectors.scaling import at_height
@@ -182,7 +182,7 @@ class _Part:
         """Return how well the colours at a pose resemble the part's, 0..1; None if chance may do as well."""
         width_px, height_px = (float(side) for side in np.hypot(*pose[:, :2]))
         picture, coarse = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
-        seen, inside = straightened(frame, pose, picture.shape[1], picture.shape[0])
+        seen, inside = rectified(frame, pose, picture.shape[1], picture.shape[0])
         if inside.mean() < MIN_INSIDE:
             return None
         score, share, expected = resemblance(seen, picture, inside, overexposed=frame.overexposed)

@@ -210,8 +210,8 @@ def _filled(gray: cv2.typing.MatLike, lit: cv2.typing.MatLike) -> cv2.typing.Mat
     return (gray * lit + fill * (1 - lit)).clip(0, 255).astype(np.uint8)
 
 
-def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return the colours that the frame shows at a pose, at a size, and which of them lie inside the frame."""
+def rectified(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the colours that the frame shows at a pose, (height, width, 3), 0..255, and which pixels lie inside it."""
     tall = float(np.hypot(*pose[:, 1]))
     fine = [number for number, (_, scale) in enumerate(frame.colors) if tall / scale >= height - 0.5]
     image, scale = frame.colors[fine[-1] if fine else 0]
@@ -219,11 +219,11 @@ def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[
     matrix = (pose / scale) @ to_pixels
     matrix[:, 2] -= 0.5
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    straight = cv2.warpAffine(image, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    warped = cv2.warpAffine(image, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
     across, down = np.arange(width), np.arange(height)[:, None]
     x, y = (row[0] * across + row[1] * down + row[2] for row in matrix)
     inside = (x > -1) & (y > -1) & (x < image.shape[1]) & (y < image.shape[0])
-    return np.asarray(straight, np.float32), inside
+    return np.asarray(warped, np.float32), inside
 
 
 def _u8(array: cv2.typing.MatLike) -> Image:

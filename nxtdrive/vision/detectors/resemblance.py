@@ -66,7 +66,7 @@ def resemblance(
     """Compare a part of the frame with the picture.
 
     Args:
-        seen: The part of the frame, straightened: (height, width, 3), 0..255.
+        seen: The part of the frame, rectified: (height, width, 3), 0..255.
         picture: The picture at the same size.
         inside: Which of the pixels lie inside the frame; only those are compared.
         overexposed: Whether white is the frame's exposure rather than glare.
