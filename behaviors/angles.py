@@ -1,4 +1,4 @@
-"""Wraps angles: a small turn to the left is not nearly a full turn to the right."""
+"""Wrap angles, so that a small turn to the left is not taken for nearly a full turn to the right."""
 
 from __future__ import annotations
 

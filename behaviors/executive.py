@@ -1,4 +1,4 @@
-"""Runs a mission: calls the skill of the current state and reports the resulting fact to the chart.
+"""Run a mission: call the skill of the current state and report the resulting fact to the chart.
 
 The motors are off when a mission ends, however it ends. Two decisions at the same moment are refused, so that no rule
 can spin without time passing.

@@ -1,4 +1,4 @@
-"""Checks what the methods of profiles, policies and skills return, which other packages may have written."""
+"""Check what the methods of profiles, policies and skills return, which other packages may have written."""
 
 from __future__ import annotations
 

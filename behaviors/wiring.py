@@ -1,4 +1,4 @@
-"""Checks by sightings and echoes whether the motors are connected and mounted as the mission says.
+"""Check by sightings and echoes whether the motors are connected and mounted as the mission says.
 
 A robot whose motor cables are exchanged, or whose motors are mounted the other way round, turns away from what it
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a

@@ -1,4 +1,4 @@
-"""Builds commands from typed words: a name and ``field=value``."""
+"""Build commands from typed words: a name and ``field=value``."""
 
 from __future__ import annotations
 

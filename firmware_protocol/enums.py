@@ -1,7 +1,7 @@
 """Named numbers on the wire.
 
-All enums here are *open*: a number without a name becomes an unnamed member instead of an exception, because a wire
-must be able to say what it carried. Source of all values: docs/firmware.md section 4-6.
+All enums here are *open*: a number without a name becomes an unnamed member instead of an exception, so that whatever
+was on the wire can be reported. Source of all values: docs/firmware.md sections 4 to 6.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Decodes telegrams field by field for people.
+"""Decode telegrams field by field for people.
 
 Accepts anything: requests, replies, telegrams with Bluetooth's length prefix, unknown opcodes, truncated ones. Never
 raises.

@@ -1,4 +1,4 @@
-"""Generates encoding and decoding functions from a declaration's fields.
+"""Generate encoding and decoding functions from a declaration's fields.
 
 A program on a slow computer exchanges a hundred telegrams per second while it also detects faces, so this code is
 generated per declaration, as `dataclasses` generates ``__init__``: three times as fast as a loop over the fields. It is

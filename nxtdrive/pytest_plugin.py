@@ -1,4 +1,4 @@
-"""Fixtures for tests of robot programs; pytest finds this plugin by itself where nxtdrive is installed.
+"""Fixtures for tests of robot programs; pytest finds this plugin automatically where nxtdrive is installed.
 
 `docs/testing-your-robot.md` explains them. Driver and simulation are not imported before a test uses a fixture.
 """
@@ -152,7 +152,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 def sim_world(request: pytest.FixtureRequest) -> Iterator[SimWorld]:
     """Provide a simulated robot in its own world, which the test arranges and inspects.
 
-    ``$NXT`` leads to its brick, so that a program that opens its brick by itself finds this one. A link that the test
+    ``$NXT`` is the address of its brick, so that a program that opens its own brick gets this one. A link that the test
     or the program leaves open is an error.
     """
     from nxtdrive.testing import SimWorld

@@ -1,4 +1,4 @@
-"""Decides whether the robot has arrived at its target: by apparent size, by echoes, and by how steadily it is found."""
+"""Decide whether the robot has arrived at its target: by apparent size, by echoes, and by how steadily it is found."""
 
 from __future__ import annotations
 

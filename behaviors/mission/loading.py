@@ -1,4 +1,4 @@
-"""Reads a mission file, and completes it by a robot file.
+"""Read a mission file, and complete it with a robot file.
 
 TOML, checked as a whole: every mistake is reported at once, with its path.
 """

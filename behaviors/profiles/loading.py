@@ -1,4 +1,4 @@
-"""Loads the class of a profile that is not built in, and says what is wrong with it before a robot moves."""
+"""Load the class of a profile that is not built in, and say what is wrong with it before a robot moves."""
 
 from __future__ import annotations
 

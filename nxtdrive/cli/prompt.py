@@ -1,4 +1,4 @@
-"""Asks at the terminal before something happens that cannot be undone."""
+"""Ask at the terminal before something happens that cannot be undone."""
 
 from __future__ import annotations
 

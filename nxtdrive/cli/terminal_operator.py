@@ -1,4 +1,4 @@
-"""Asks the operator at the terminal before the robot recovers."""
+"""Ask the operator at the terminal before the robot recovers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places boxes, such as those of numbers, beside their points, so that none covers another."""
+"""Place boxes, such as those of numbers, beside their points, so that none covers another."""
 
 from __future__ import annotations
 

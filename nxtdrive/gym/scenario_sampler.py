@@ -1,4 +1,4 @@
-"""Samples the scenario of each episode."""
+"""Sample the scenario of each episode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs motions side by side, a step at a time, whether or not the program waits for them.
+"""Run motions side by side, a step at a time, whether or not the program waits for them.
 
 A motion is a generator: it makes its requests and yields the time, on the link's clock, of its next step. The link runs
 the steps in its thread, or in the simulator whenever the program lets time pass.

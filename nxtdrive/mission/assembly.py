@@ -1,4 +1,4 @@
-"""Assembles a mission: an open robot, its hints, and where wanted the record of the run."""
+"""Assemble a mission: an open robot, its hints, and where wanted the record of the run."""
 
 from __future__ import annotations
 

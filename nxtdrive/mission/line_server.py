@@ -1,4 +1,4 @@
-"""Serves the thesis's line protocol on a TCP port, so that another program's agent drives the robot.
+"""Serve the thesis's line protocol on a TCP port, so that another program's agent drives the robot.
 
 There is no thread for the client: the link calls the server back before each request and each sleep, about fifty times
 a second, and the server checks whether something has arrived. So ``stop``, a client that disconnects and the end of the

@@ -1,4 +1,4 @@
-"""Turns one wheel, or two together, by an exact angle under control of the PC, even over slow links.
+"""Turn one wheel, or two together, by an exact angle under control of the PC, even over slow links.
 
 At the firmware's own tacho limit a motor coasts past its target (docs/firmware.md section 1, fact 12), so the PC
 decides when to brake. It accounts for latency: a reading is older than its arrival, and a command acts later than it

@@ -1,4 +1,4 @@
-"""Keeps the camera's pictures of a run as JPEG files with an index."""
+"""Keep the camera's pictures of a run as JPEG files with an index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a run as an MCAP file, which robotics programs such as Lichtblick and Foxglove show.
+"""Write a run as an MCAP file, which robotics programs such as Lichtblick and Foxglove show.
 
 Metres and radians as in ROS: x forward, y to the left, angles anticlockwise.
 """

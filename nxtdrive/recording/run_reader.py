@@ -1,4 +1,4 @@
-"""Reads the folder of a run, even of one that was killed."""
+"""Read the folder of a run, even of one that was killed."""
 
 from __future__ import annotations
 

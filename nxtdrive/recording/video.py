@@ -1,4 +1,4 @@
-"""Writes WebM videos (VP8) with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
+"""Write WebM videos (VP8) with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the LEGO bricks that are paired with this computer, through BlueZ's own command, without extra packages."""
+"""Find the LEGO bricks that are paired with this computer, through BlueZ's own command, without extra packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Detects programs that sleep on the wall clock, during which no simulated time passes."""
+"""Detect programs that sleep on the wall clock, during which no simulated time passes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compares recorded conversations."""
+"""Compare recorded conversations."""
 
 from __future__ import annotations
 

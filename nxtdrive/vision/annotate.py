@@ -1,4 +1,4 @@
-"""Draws detections and the sighting into a copy of the frame, for recordings and for ``detect try``."""
+"""Draw detections and the sighting on a copy of the frame, for recordings and for ``detect try``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Confirms a target when it is detected again in the same place, and keeps it while it stays near there."""
+"""Confirm a target when it is detected again in the same place, and keep it while it stays near there."""
 
 from __future__ import annotations
 

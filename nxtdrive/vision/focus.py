@@ -1,4 +1,4 @@
-"""Detects a target near its last position only: in a crop of the frame, shrunk to a size that suits the detectors."""
+"""Detect a target near its last position only: in a crop of the frame, shrunk to a size that suits the detectors."""
 
 from __future__ import annotations
 

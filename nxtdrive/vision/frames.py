@@ -1,4 +1,4 @@
-"""Converts frames as cameras and videos deliver them to the form that every detector takes."""
+"""Convert frames as cameras and videos deliver them to the form that every detector takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Configures OpenCV for this package, and checks the names that it is given."""
+"""Configure OpenCV for this package, and check the names that it is given."""
 
 from __future__ import annotations
 

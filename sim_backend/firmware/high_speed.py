@@ -1,6 +1,6 @@
 """The high speed port, RS485 on input 4: a poll buffer for telegrams and programs.
 
-Source: docs/firmware.md section 5 (0xA1, 0xA2) and 5.2 (Comm map).
+Source: docs/firmware.md sections 5 (0xA1, 0xA2) and 5.2 (Comm map).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Estimates camera and wheels together, from the camera's views of the marker sheet while the wheels turned.
+"""Estimate camera and wheels together, from the camera's views of the marker sheet while the wheels turned.
 
 One model predicts where each corner of a marker appears in each frame: counts, diameter, mismatch and track give the
 robot's path; the pose at the time of exposure, which the latency gives, and the camera's mounting give the

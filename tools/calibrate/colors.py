@@ -1,4 +1,4 @@
-"""Learns how a colour looks in this camera and light, from pictures with something of that colour in the middle."""
+"""Learn how a colour looks in this camera and light, from pictures with something of that colour in the middle."""
 
 from __future__ import annotations
 

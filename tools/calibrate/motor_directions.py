@@ -1,4 +1,4 @@
-"""Finds which way the motors drive, and the least power at which they turn, by the camera and the counts."""
+"""Find which way the motors drive, and the least power at which they turn, by the camera and the counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Estimates the sonar's place, beam and error from echoes of the wall on which the sheet hangs."""
+"""Estimate the sonar's place, beam and error from echoes of the wall on which the sheet hangs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks an estimate, and makes a robot file of it."""
+"""Check an estimate, and make a robot file of it."""
 
 from __future__ import annotations
 

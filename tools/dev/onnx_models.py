@@ -1,4 +1,4 @@
-"""Builds small ONNX models for tests: one for each layout with constant outputs, and one that finds red areas.
+"""Build small ONNX models for tests: one for each layout with constant outputs, and one that finds red areas.
 
 They have no trained weights, and few operators, so that every runtime can run them.
 """

@@ -1,4 +1,4 @@
-"""Takes the documentation's picture of `nxtdrive teleop`, with the simulated robot.
+"""Take the documentation's picture of `nxtdrive teleop`, with the simulated robot.
 
 Usage: ``python -m tools.dev.teleop_picture [FILE]``. The program runs in a terminal of its own and drives towards
 the first target; Textual presses the keys and saves the screen as SVG, which Chromium renders.

@@ -1,4 +1,4 @@
-"""Takes the documentation's pictures of the page, in Chromium, with the simulated robot.
+"""Take the documentation's pictures of the page, in Chromium, with the simulated robot.
 
 Usage: ``python -m tools.dev.web_pictures [FOLDER]``. The mission is the built-in one with the adaptive profile; the
 pictures are taken on the way to a target after its second decision.

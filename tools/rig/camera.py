@@ -1,4 +1,4 @@
-"""Measures the webcam as a program in the guest sees it: frames per second, and how old a frame is."""
+"""Measure the webcam as a program in the guest sees it: frames per second, and how old a frame is."""
 
 from __future__ import annotations
 

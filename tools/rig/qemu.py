@@ -1,4 +1,4 @@
-"""Starts the guest, with hardware virtualisation where it works."""
+"""Start the guest, with hardware virtualisation where it works."""
 
 from __future__ import annotations
 

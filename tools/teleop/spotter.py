@@ -1,4 +1,4 @@
-"""Looks for a target while the operator drives."""
+"""Look for a target while the operator drives."""
 
 from __future__ import annotations
 

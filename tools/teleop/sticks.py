@@ -1,4 +1,4 @@
-"""Converts the deflections of sticks to speed and turn rate, without a gamepad library."""
+"""Convert the deflections of sticks to speed and turn rate, without a gamepad library."""
 
 from __future__ import annotations
 

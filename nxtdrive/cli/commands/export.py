@@ -65,9 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fps",
         metavar="NUMBER",
         type=number("pictures", float, 0.01, 1000),
-        help="pictures per second in the replay (default: all, or as many as make 40 MB)",
+        help="pictures per second in the replay (default: all, or as many as fit into 40 MB)",
     )
-    parser.add_argument("--no-camera", action="store_true", help="leave the camera out of replay and MCAP file")
+    parser.add_argument("--no-camera", action="store_true", help="leave the camera out of the replay and the MCAP file")
 
 
 def run(args: argparse.Namespace) -> int:

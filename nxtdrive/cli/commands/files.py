@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
     rm.add_argument("--force", action="store_true", help="also delete system files (*.sys), without asking")
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or a pattern such as 'old*.rxe'")
-    df = add_action(actions, "df", "free and used space", on_brick(_df))
+    df = add_action(actions, "df", "print free and used space", on_brick(_df))
     for action in (ls, get, put, rm, df):
         add_brick_arguments(action)
         add_json_argument(action)

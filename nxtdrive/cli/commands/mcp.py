@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         type=number("millimetres", float, 10, 5000),
         default=1000.0,
-        help="longest distance that one call drives, 10 to 5,000 (default: 1000)",
+        help="longest distance that one call drives, 10 to 5000 (default: 1000)",
     )
     parser.add_argument(
         "--web", action="store_true", help="also serve the page of `nxtdrive web`, which has a STOP button"

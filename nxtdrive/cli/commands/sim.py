@@ -48,7 +48,7 @@ LATENCY_MS = 1.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    _add_serve(add_action(actions, "serve", "serial, TCP and USB/IP ports, and a camera stream", _serve))
+    _add_serve(add_action(actions, "serve", "open serial, TCP and USB/IP ports, and a camera stream", _serve))
     _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB", _exec))
     checked = "compare the simulated brick with a recorded conversation"
     add_check_arguments(add_action(actions, "check", checked, check))
@@ -107,7 +107,7 @@ def _add_exec(execute: argparse.ArgumentParser) -> None:
 
 
 def _add_simulation(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--world", metavar="FILE", help="a world file or the name of a bundled world")
+    parser.add_argument("--world", metavar="FILE", help="a world file or the name of a bundled world (default: arena)")
     parser.add_argument(
         "--seed", metavar="N", type=number("seed", int, 0, math.inf), default=0, help="random seed (default: 0)"
     )

@@ -1,4 +1,4 @@
-"""Generates a mission file with every key and its meaning from the models that validate mission files."""
+"""Generate a mission file with every key and its meaning from the models that validate mission files."""
 
 from __future__ import annotations
 

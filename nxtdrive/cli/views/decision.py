@@ -1,4 +1,4 @@
-"""Shows a decision on the terminal: the evidence, and the candidates with their expected cost."""
+"""Show a decision on the terminal: the evidence, and the candidates with their expected cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prints a run's explanation for ``nxtdrive explain-run``."""
+"""Print a run's explanation for ``nxtdrive explain-run``."""
 
 from __future__ import annotations
 

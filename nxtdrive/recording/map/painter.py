@@ -1,4 +1,4 @@
-"""Paints the map of a run, with a legend of exactly what was painted."""
+"""Paint the map of a run, with a legend of exactly what was painted."""
 
 from __future__ import annotations
 

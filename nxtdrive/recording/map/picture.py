@@ -1,4 +1,4 @@
-"""Draws ``map.png``: where the robot was by its own odometry, what it saw, what it decided, and what each number means.
+"""Draw ``map.png``: where the robot was by its own odometry, what it saw, what it decided, and what each number means.
 
 Everything but the true room of a simulated world, in grey, is as the robot measured it, in the frame of its start.
 """

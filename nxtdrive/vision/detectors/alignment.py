@@ -1,4 +1,4 @@
-"""Aligns a picture with places in a frame: many proposals at once, by inverse compositional Gauss-Newton steps.
+"""Align a picture with places in a frame: many proposals at once, by inverse compositional Gauss-Newton steps.
 
 A proposal is off by some pixels, a tenth in size and some degrees of roll. A few steps towards the best normalised
 correlation find its centre, width, height, roll and shear to a fraction of a pixel. The derivatives belong to the

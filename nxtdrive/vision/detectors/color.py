@@ -1,4 +1,4 @@
-"""Finds a patch of saturated colour: the cheapest detector, and the one most easily fooled."""
+"""Find a patch of saturated colour: the cheapest detector, and the one most easily fooled."""
 
 from __future__ import annotations
 

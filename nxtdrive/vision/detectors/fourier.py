@@ -1,4 +1,4 @@
-"""Correlates images at every step of some pixels, by their Fourier transforms."""
+"""Correlate images at every step of some pixels, by their Fourier transforms."""
 
 from __future__ import annotations
 

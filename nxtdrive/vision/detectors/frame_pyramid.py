@@ -1,4 +1,4 @@
-"""Makes the pyramid of a frame that correlation works on: grey levels without glare, and the colours.
+"""Make the pyramid of a frame that correlation works on: grey levels without glare, and the colours.
 
 Glare is white and hides what is below it. If a frame has little white, that and its rim are left out of correlation
 (and replaced by the mean of their surroundings, which its edge is mixed with), and are white in the colours, so that

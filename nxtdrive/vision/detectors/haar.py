@@ -1,4 +1,4 @@
-"""Finds the objects that a Haar cascade was trained for: one of OpenCV's, or the user's own file."""
+"""Find the objects that a Haar cascade was trained for: one of OpenCV's, or the user's own file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Correlates templates with a level of a frame's pyramid of which glare hides a part.
+"""Correlate templates with a level of a frame's pyramid of which glare hides a part.
 
 Only what is lit counts, of a window and of the template: their means and norms are taken over it. Source: Padfield
 2012, "Masked Object Registration in the Fourier Domain", equation 2, for a mask of the frame only.

@@ -1,4 +1,4 @@
-"""Finds a printed ArUco or AprilTag marker: the most reliable target, e.g. for classrooms."""
+"""Find a printed ArUco or AprilTag marker: the most reliable target, e.g. for classrooms."""
 
 from __future__ import annotations
 

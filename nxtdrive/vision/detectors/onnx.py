@@ -1,4 +1,4 @@
-"""Finds anything a neural network was trained for, by its label: the user brings a model as an ONNX file."""
+"""Find anything a neural network was trained for, by its label: the user brings a model as an ONNX file."""
 
 from __future__ import annotations
 

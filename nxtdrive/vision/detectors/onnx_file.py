@@ -1,4 +1,4 @@
-"""Reads what an ONNX file says about itself: inputs, outputs and metadata, without a runtime.
+"""Read what an ONNX file says about itself: inputs, outputs and metadata, without a runtime.
 
 Only these few fields of the protocol buffer are read; nodes and weights are skipped. Source of the field numbers:
 onnx.proto3 of ONNX 1.20, messages ModelProto, GraphProto, ValueInfoProto, TypeProto and TensorShapeProto.

@@ -1,4 +1,4 @@
-"""Tries an ONNX model in a process of its own, once for each version of its files."""
+"""Try an ONNX model in a process of its own, once for each version of its files."""
 
 from __future__ import annotations
 

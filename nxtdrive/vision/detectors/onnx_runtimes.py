@@ -1,4 +1,4 @@
-"""Runs ONNX models: with ONNX Runtime where it is installed, otherwise with OpenCV's own reader.
+"""Run ONNX models: with ONNX Runtime where it is installed, otherwise with OpenCV's own reader.
 
 Both take and return arrays by name: OpenCV returns outputs in another order, drops integer types, and adds or removes
 dimensions of size 1.

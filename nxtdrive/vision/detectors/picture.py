@@ -1,4 +1,4 @@
-"""Finds the object in a photograph: the detector that needs no training."""
+"""Find the object in a photograph: the detector that needs no training."""
 
 from __future__ import annotations
 

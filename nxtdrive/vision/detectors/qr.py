@@ -1,4 +1,4 @@
-"""Finds a printed QR code by the text in it: a sheet that says what it is, printed with any QR generator."""
+"""Find a printed QR code by the text in it: a sheet that says what it is, printed with any QR generator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compares a part of a frame with a picture in colour, as a camera in bad light shows it.
+"""Compare a part of a frame with a picture in colour, as a camera in bad light shows it.
 
 Exposure and white balance change the gain of each colour channel, too much light cuts values at white, and glare hides
 part of the print in white. So the gains are estimated first, the picture is cut at white as the frame is, and white

@@ -1,4 +1,4 @@
-"""Scales pictures down: to a height, or to at most a width."""
+"""Scale pictures down: to a height, or to at most a width."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Computes the score that a picture reaches by accident, so that a higher one can be required.
+"""Compute the score that a picture reaches by accident, so that a higher one can be required.
 
 Coarse features are matched by accident: a dark object before a bright wall resembles every such picture, and a picture
 of few waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture has its

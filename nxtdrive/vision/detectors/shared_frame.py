@@ -1,4 +1,4 @@
-"""Looks for several targets in a frame at once: detectors of a kind share the work that depends on the frame alone."""
+"""Look for several targets in a frame at once: detectors of a kind share the work that depends on the frame alone."""
 
 from __future__ import annotations
 

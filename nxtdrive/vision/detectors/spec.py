@@ -1,4 +1,4 @@
-"""Reads a detector's options one by one, so that every mistake has its own message."""
+"""Read a detector's options one by one, so that every mistake has its own message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tries a file in a process of its own: a damaged one can crash, exhaust or stop the library that loads it."""
+"""Try a file in a process of its own: a damaged one can crash, exhaust or stop the library that loads it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The comm module: telegrams in, replies out. Source: docs/firmware.md section 2 and 3.
+"""The comm module: telegrams in, replies out. Source: docs/firmware.md sections 2 and 3.
 
 Two quirks of the real firmware show on the wire and are kept: the receive buffer is never cleared, so a short telegram
 is completed with bytes of earlier ones; and the reply to an unknown system opcode has stale bytes.

@@ -1,4 +1,4 @@
-"""Handlers of the sensor commands, analog and I2C. Source: docs/firmware.md section 4 and 7."""
+"""Handlers of the sensor commands, analog and I2C. Source: docs/firmware.md sections 4 and 7."""
 
 from __future__ import annotations
 

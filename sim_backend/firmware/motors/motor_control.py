@@ -1,4 +1,4 @@
-"""One motor inside the firmware: run states, ramps, tacho limits. Source: docs/firmware.md section 9.1-9.5 and 9.7.
+"""One motor inside the firmware: run states, ramps, tacho limits. Source: docs/firmware.md sections 9.1 to 9.5 and 9.7.
 
 The regulators that turn errors into PWM are in `regulation`. Arithmetic follows the firmware: integers, division
 towards zero, fixed widths where they matter.

@@ -1,4 +1,4 @@
-"""Battery voltage and warnings as in the firmware. Source: docs/firmware.md section 4 (0x0B) and section 8."""
+"""Battery voltage and warnings as in the firmware. Source: docs/firmware.md sections 4 (0x0B) and 8."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pages of the menus where a program of five steps is made on the brick. Source: docs/firmware.md section 8.5."""
+"""The menu pages on which a program of five steps is made on the brick. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 

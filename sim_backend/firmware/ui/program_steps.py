@@ -1,4 +1,4 @@
-"""The page of the menus where a program of five steps is made on the brick. Source: docs/firmware.md section 8.5."""
+"""A program of five steps made on the brick: its steps, its file and its run. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 

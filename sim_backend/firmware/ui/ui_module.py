@@ -1,6 +1,6 @@
 """The user interface module: it takes keys and requests, and runs each part of the user interface in a pass.
 
-Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
+Source: docs/firmware.md sections 1, 5.2 (Ui map) and 8.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ import pytest
 from nxtdrive.cli.commands import sweep
 from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
 from nxtdrive.cli.parser import OTHER_WORDS
+from sim_backend.simulation import DEFAULT_WORLD
 
 NO_NUMBERS = ("nan", "inf", "-inf", "-nan", "1e400", "", " ", "text", "0x", "1,5")
 EXTREMES = ("-1", "0", "1e9", "1000000000000000")
@@ -357,3 +358,10 @@ def test_values_given_to_a_sweep_twice_count_once():
     sweep.add_arguments(parser)
     given = parser.parse_args(["--classes", "open,far,open", "--agents", "oracle, oracle"])
     assert (given.classes, given.profiles) == (["open", "far"], ["oracle"])
+
+
+@pytest.mark.parametrize("action", ["serve", "exec"])
+def test_the_default_world_is_named_by_the_option_that_replaces_it(action, capsys):
+    with pytest.raises(SystemExit):
+        main(["sim", action, "--help"])
+    assert f"bundled world (default: {DEFAULT_WORLD})" in " ".join(capsys.readouterr().out.split())

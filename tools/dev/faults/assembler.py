@@ -1,4 +1,4 @@
-"""Assembles programs for the simulated brick.
+"""Assemble programs for the simulated brick.
 
 Source of the format: LEGO's executable file specification, as for `sim_backend.firmware.vm.rxe`, which reads it.
 """
