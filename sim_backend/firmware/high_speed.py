@@ -156,7 +156,7 @@ class HighSpeed:
         """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
         Beyond the bytes that a receiver stores which was never initialised, the ring gets the stored ones again.
-        A place behind the ring is followed by its first one.
+        A place past the ring is followed by its first one.
         """
         if self._loses_ms <= until_ms:
             self._line, self._loses_ms = self._line[_BUFFERED:], NEVER

@@ -56,7 +56,7 @@ class Waves:
         return self._wave_ms - (now_ms - self._begin_ms) % self._wave_ms
 
     def cut(self, now_ms: int) -> None:
-        """Stop the waves behind the one that is on the loudspeaker."""
+        """Stop the waves after the one that is on the loudspeaker."""
         if now_ms < self._end_ms:
             self._end_ms = self._idle_ms = now_ms + self.rest_ms(now_ms)
 

@@ -43,7 +43,7 @@ ADDRESSES = "addresses in the firmware's memory"
 
 _MAP_BYTE = re.compile(r"(\w+) offset (\d+),")
 _POINTERS_END = {"Comm": 8, "Display": 108, "Loader": 4, "Ui": 4}
-"""First byte behind the pointers that an IO map begins with."""
+"""First byte after the pointers that an IO map begins with."""
 
 _BYTE_NUMBER = re.compile(r", byte \d+$")
 

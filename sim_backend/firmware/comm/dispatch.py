@@ -29,7 +29,7 @@ _POINTERS = 4
 """Bytes between a receive buffer and the send buffer: pointers, the first of which has the length over Bluetooth."""
 
 _WAITING = 1
-"""Place of the number of bytes that wait to be sent, in the pointers behind the send buffer."""
+"""Place of the number of bytes that wait to be sent, in the pointers after the send buffer."""
 
 _ERROR = 0x80
 """Bit of the status byte that marks a failure."""

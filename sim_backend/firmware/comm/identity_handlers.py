@@ -18,7 +18,7 @@ from sim_backend.firmware.versions import Version
 _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
 _NAME_SIZE, _ENTRY_SIZE = 17, 20
-"""Bytes of a name with the first byte of the class behind it, and with the whole class."""
+"""Bytes of a name with the first byte of the class after it, and with the whole class."""
 
 _MAJOR_CLASS = 0x1F
 _COMPUTER, _PHONE, _TOY = 1, 2, 8
@@ -83,7 +83,7 @@ class IdentityHandlers:
         return self._bluetooth_name("ConnectionName", command.index)
 
     def _bluetooth_name(self, field: str, index: int) -> HandlerResult:
-        """Reply with device type and name, which includes the first byte of the class behind it in the table."""
+        """Reply with device type and name, which includes the first byte of the class after it in the table."""
         entry = self._comm_map.read(COMM.field(field, index).offset, _ENTRY_SIZE)
         return HandlerResult(payload=bytes([_device_type(*entry[-2:])]) + entry[:_NAME_SIZE])
 

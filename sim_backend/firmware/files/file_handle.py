@@ -25,7 +25,7 @@ class WriteBuffer:
     Attributes:
         taken: Whether a handle has it.
         overrun: Whether more was written than announced.
-        filled: Number of its bytes before the next one; those behind are erased, or what was written before a seek.
+        filled: Number of its bytes before the next one; those after it are erased, or what was written before a seek.
     """
 
     __slots__ = ("_page", "filled", "overrun", "taken")
@@ -133,7 +133,7 @@ class Handle:
         buffer.begin(page[: file.start % SECTOR])
 
     def begin_appending(self, file: File, buffer: WriteBuffer) -> None:
-        """Begin to write behind the data of a file."""
+        """Begin to write after the data of a file."""
         self._write_on(file, buffer)
         self.cursor.find(file, file.data_size)
         self.size = file.size - file.data_size

@@ -130,7 +130,7 @@ class Cursor:
     def find(self, file: File, place: int) -> None:
         """Go to a byte of a file, as the firmware finds the end of the data.
 
-        If the byte is the first of a sector after the second, the firmware goes to the sector behind the right one.
+        If the byte is the first of a sector after the second, the firmware goes to the sector after the right one.
         """
         self.begin(file)
         in_first = SECTOR - file.start % SECTOR

@@ -56,7 +56,7 @@ class Flash:
         return len(self.directory)
 
     def file(self, number: int) -> File:
-        """Return the file of an entry; behind the directory are zeros, on the bench also in place of the header."""
+        """Return the file of an entry; after the directory are zeros, on the bench also in place of the header."""
         return File(self.memory, self.directory[number] if number < len(self.directory) else 0)
 
     def count(self) -> None:

@@ -75,7 +75,7 @@ class Channel:
 
         Args:
             version: The firmware version.
-            store: Stores a byte at a place of the map behind the receive ring, counted from the ring's beginning.
+            store: Stores a byte at a place of the map after the receive ring, counted from the ring's beginning.
             read_on: Takes a number of bytes out of the memory after the bus's receive buffer.
         """
         self.bus = I2CBus(version)
@@ -117,7 +117,7 @@ class Channel:
     def fetch(self, count: int, memory: bytes) -> bytes:
         """Take at most 16 of the bytes waiting out of the map, from the receive ring on.
 
-        If the map has put the pointer behind the ring, it continues there without a wrap.
+        If the map has put the pointer past the ring, it continues there without a wrap.
         """
         place, data = self.rx_out, bytearray()
         for _ in range(min(count, BUFFER)):

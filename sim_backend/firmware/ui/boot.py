@@ -90,7 +90,7 @@ class Boot:
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
 
     def _show_logo(self, now_ms: int) -> None:
-        """Show the first picture of the logo; behind that of the empty battery a requested file waits."""
+        """Show the first picture of the logo; after that of the empty battery a requested file waits."""
         registers = self._registers
         requested = registers.flags & UiFlag.EXECUTE_FILE if registers.state == UiState.EMPTY else 0
         registers.flags = int(UiFlag.BUSY) | requested

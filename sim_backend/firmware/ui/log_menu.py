@@ -24,7 +24,7 @@ _MOTOR_PORTS = 3
 
 DONE = (*DATA_LOG, _DONE)
 START = (*DONE, 0)
-"""The only item of the page that starts the log, and the page behind it."""
+"""The only item of the page that starts the log, and the page after it."""
 
 STORE = 1
 """Item of that page, besides the one that deletes the log."""

@@ -53,7 +53,7 @@ class MenuMessage:
         self._states.draw_last(*[NOTHING] * self._was_left, NOTHING if self._goes_on else marks.VERSION)
 
     def close(self) -> None:
-        """End it, and draw the page again, behind the version slowly the first time."""
+        """End it, and draw the page again, after the version slowly the first time."""
         if self.has_version:
             self._states.begin(UiState.DRAWING)
             self._states.draw_last(*(drawing.VERSION_LEFT_AGAIN if self._was_left else drawing.VERSION_LEFT))

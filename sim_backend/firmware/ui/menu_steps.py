@@ -13,7 +13,7 @@ from sim_backend.firmware.ui.states import Place, UiState
 
 
 class MenuSteps:
-    """Opens and leaves the steps and the page behind them, with the states of a key that show it.
+    """Opens and leaves the steps and the page after them, with the states of a key that show it.
 
     Args:
         program: The program.
@@ -29,16 +29,16 @@ class MenuSteps:
         self.naming = NameEntry(program, states, leave)
 
     def has(self, menu: Place) -> bool:
-        """Return whether a menu is one of the steps, or the page behind them."""
+        """Return whether a menu is one of the steps, or the page after them."""
         return self._program.is_step(menu) or self._program.is_run(menu)
 
     def open(self, menu: Place) -> None:
-        """Open a step, or the page behind them."""
+        """Open a step, or the page after them."""
         self._states.act(partial(self._program.enter, menu))
         self._states.draw_last(*self._program.drawn(menu))
 
     def leave(self, place: Place) -> None:
-        """Follow exit from a place in a step, or in the page behind them, of which the second item keeps the step."""
+        """Follow exit from a place in a step, or in the page after them, of which the second item keeps the step."""
         program, states, menu = self._program, self._states, place[:-1]
         if not self.has(menu) or (program.is_run(menu) and place[-1] == LEAVE):
             return

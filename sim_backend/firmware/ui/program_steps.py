@@ -84,7 +84,7 @@ class ProgramSteps:
 
     @property
     def drawn_file(self) -> Sequence[Marks]:
-        """The drawing, pass by pass, of a file of five steps; behind the last step it begins like the page there."""
+        """The drawing, pass by pass, of a file of five steps; after the last step it begins like the page there."""
         first, *others = marks.NOT_RUN[:-1]
         return marks.FIRST_STEP if self._step < len(_CHOICES) else first, *others
 

@@ -88,7 +88,7 @@ EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)
 STATUS, STATUS_BAR = Marks(0x200, 0x1F200), Marks(draws_bar=True)
 """The status bar, and the request to draw it."""
 TEXT = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
-"""The entry of a text, pass by pass: in a question of the radio behind the status bar."""
+"""The entry of a text, pass by pass: in a question of the radio after the status bar."""
 CHARACTER = Marks(0x10_0000)
 """Another character, before the text is drawn again."""
 ANSWERED = Marks(0x2000_0000, drop=_ALL, draws_bar=True)

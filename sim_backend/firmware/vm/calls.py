@@ -93,7 +93,7 @@ class Call:
         return bytes(content)
 
     def text(self, position: int) -> bytes:
-        """Return the bytes of a text before the next zero, even behind it; none of an array without memory."""
+        """Return the bytes of a text before the next zero, even past its end; none of an array without memory."""
         if self.members[position] == NONE:
             return b""
         at = self._array(position).offset

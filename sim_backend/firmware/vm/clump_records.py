@@ -108,7 +108,7 @@ class ClumpRecords:
                 struct.pack_into("<I", self._pool, at + record.wake, task.wake_ms - 1 & _ADDRESS_MASK)
 
     def set_breakpoint(self, clump: int, number: int, enabled: int, offset: int) -> None:
-        """Store a breakpoint; a number beyond the last is a place in the records behind."""
+        """Store a breakpoint; a number beyond the last is a place in the records that follow."""
         _BREAKPOINT.pack_into(self._pool, self._point_at(clump, number), enabled, offset)
 
     def breakpoints(self, clump: int) -> list[int]:

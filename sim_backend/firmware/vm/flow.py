@@ -191,7 +191,7 @@ def _mutexes(machine: Machine) -> list[int]:
 
 
 def _waiting(machine: Machine, mutex: int) -> ClumpQueue:
-    """Return the queue of a mutex, behind its owner; that of a mutex at the last offset is at the first ones."""
+    """Return the queue of a mutex, after its owner; that of a mutex at the last offset is at the first ones."""
     return machine.queue_at(machine.memory.pool, machine.memory.base + (mutex + 1 & 0xFFFF))
 
 

@@ -11,7 +11,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.vm.calls import Call, Function
 
 _MODE_AT = 1896
-"""Offset of the line's format in the Comm map, behind the map of other versions."""
+"""Offset of the line's format in the Comm map, after the end of other versions' map."""
 _STATES = {0: HighSpeedState.ENABLE, 1: HighSpeedState.INITIALISE, 2: HighSpeedState.EXIT}
 """Function to the state that it requests."""
 _LONGEST = 128

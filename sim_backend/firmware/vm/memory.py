@@ -30,7 +30,7 @@ _ALIGNMENT = 4
 _OFFSET = 0xFFFF
 """Bits of an offset, and of the size of an array."""
 _TAKEN = 0xDE
-"""What is at the place behind the pool to which entries beyond the file lead: neither a clump nor a free mutex."""
+"""What is at the place after the pool to which entries beyond the file lead: neither a clump nor a free mutex."""
 _AFTER_POOL = 0xA0000
 """Bytes of memory after the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")

@@ -28,7 +28,7 @@ _FLASH_END = 0x14_0000
 _ZERO_FIRST = 1
 """Flag of a variable whose initial value is zero and not in the file."""
 _ERASED = 0xFF
-"""Byte of flash memory behind the file."""
+"""Byte of flash memory after the file."""
 _OFFSETS = 0xFFFF
 """Offsets have 16 bits."""
 
@@ -181,7 +181,7 @@ class Program:
         clumps: All clumps.
         code: Words of code.
         content: The file.
-        erased: How the firmware reads erased flash memory behind the file.
+        erased: How the firmware reads erased flash memory after the file.
         address: Where its content begins in the processor's memory.
     """
 
