@@ -1,4 +1,4 @@
-"""A detector for nxtdrive: the brightest lamp in the frame, or one of a colour.
+"""A detector for nxtdrive: lamps and other bright spots.
 
 In a mission:
 

@@ -98,7 +98,7 @@ def test_exercise_2_stop_before_the_wall(seed, sim_world, sim_brick):
     solution("wall", "stop_before_wall")(sim_brick, sim_brick.rover())
     assert sim_world.truth.contacts == 0, "The robot touched the wall."
     left_mm = sim_brick.rover().range_mm()
-    assert left_mm == pytest.approx(300, abs=50), f"The robot stands {left_mm} mm before the wall, not 300."
+    assert left_mm == pytest.approx(300, abs=50), f"The robot stopped {left_mm} mm from the wall, not 300."
     sim_world.advance(1)
     assert sim_world.truth.speed_mm_s == 0, "The robot still drives. Stop it."
 

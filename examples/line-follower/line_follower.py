@@ -1,6 +1,6 @@
 """A robot that follows the left edge of a black line, as fast as its light sensor lets it.
 
-Motors B (left) and C (right) drive it; a light sensor on port 3 looks down, just before the wheels.
+Motors B (left) and C (right) drive it; a light sensor on port 3 looks down, just in front of the wheels.
 """
 
 from nxtdrive import Brick, open_brick

@@ -23,7 +23,7 @@ class PatientPolicy:
     def select(self, evidence: Evidence) -> Choice:
         """Choose what to do after a failure."""
         if evidence.blocker is not None and evidence.repeats.get(WAIT.name, 0) < WAITS:
-            return Choice(WAIT, "people need their time", wait_s=WAIT_S)
+            return Choice(WAIT, "people need time to leave", wait_s=WAIT_S)
         return self.otherwise.select(evidence)
 
     def candidates(self, evidence: Evidence) -> Sequence[Candidate]:

@@ -270,7 +270,7 @@ class RunReview:
         )
 
     def _slow(self, target: str) -> None:
-        """Ask for the ports: a robot one wheel of which stands still goes round in circles before its target."""
+        """Ask for the ports: a robot one wheel of which stands still goes round in circles in front of its target."""
         left, right = self._mission.robot.left, self._mission.robot.right
         self._hint(
             target,

@@ -1,4 +1,4 @@
-"""Robots that differ from the mission's description: clutter before targets, wrong dimensions, sensors that die."""
+"""Robots that differ from the mission's description: clutter at targets, wrong dimensions, sensors that die."""
 
 from __future__ import annotations
 

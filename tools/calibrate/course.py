@@ -60,7 +60,7 @@ class CalibrationRefused(NXTError):
 
 
 class Course:
-    """Drives before the sheet and records.
+    """Drives in front of the sheet and records.
 
     Args:
         brick: The brick.

@@ -85,7 +85,7 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
         values: Wheels and the sheet's place, as `camera_and_wheels.estimate` found them.
 
     Raises:
-        CalibrationRefused: There are too few echoes from straight before the wall, or they are not of the wall.
+        CalibrationRefused: There are too few echoes with the wall straight ahead, or they are not of the wall.
         SheetRefused: They differ so much from what follows from the sheet that its size is wrong.
     """
     mm_per_deg = mm_per_degree(values["wheel_diameter_mm"], values["wheel_mismatch_percent"])
@@ -98,7 +98,7 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
     facing = np.abs(off) < math.radians(STRAIGHT_DEG)
     if (echoes := int(facing.sum())) < MIN_ECHOES:
         raise CalibrationRefused(
-            f"the sonar gave {echoes} echoes from straight before the wall, and {MIN_ECHOES} are needed.", remedy=REMEDY
+            f"the sonar gave {echoes} echoes with the wall straight ahead, and {MIN_ECHOES} are needed.", remedy=REMEDY
         )
     forward = (wall_mm - ranges)[facing] / np.cos(off[facing])
     middle = float(np.median(forward))

@@ -10,5 +10,5 @@ STOP_MM = 300
 
 
 def stop_before_wall(brick, rover):
-    """Drive forward and stop STOP_MM before the obstacle."""
+    """Drive forward and stop STOP_MM from the obstacle."""
     raise NotImplementedError("exercise 2 is not solved yet")

@@ -25,4 +25,4 @@ def test_it_waits_for_what_is_in_the_way():
 
 def test_it_waits_twice_at_one_place():
     assert choice(blocker=IN_THE_WAY, repeats={"wait": 1}).wait_s == WAIT_S
-    assert choice(blocker=IN_THE_WAY, repeats={"wait": 2}).why != "people need their time"
+    assert choice(blocker=IN_THE_WAY, repeats={"wait": 2}).why != "people need time to leave"

@@ -77,7 +77,7 @@ def _found(matcher: CorrelationMatcher, picture: Image, height: int) -> bool:
 
 
 def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple[float, float], Image]:
-    """Return where the picture is, and a frame that shows it before a wall."""
+    """Return where the picture is, and a frame that shows it in front of a wall."""
     small = at_height(picture, 3 * height)
     width = small.shape[1] / 3
     size = round(width) + 60, height + 60

@@ -292,7 +292,7 @@ def test_a_sonar_that_does_not_answer_is_left_out(here, capsys, what, code):
     (here / "world.toml").write_text((WORLDS / "calibration.toml").read_text() + FAULT)
     assert main(["calibrate", *what, "--nxt", "sim://world.toml"]) == code
     said = capsys.readouterr()
-    assert "the sonar gave 0 echoes from straight before the wall" in (said.err if code else said.out)
+    assert "the sonar gave 0 echoes with the wall straight ahead" in (said.err if code else said.out)
     if code == DONE:
         assert load_robot_file(here / "robot.toml").calibration.missing == ["wheels", "sonar", "motors"]
     else:

@@ -126,7 +126,7 @@ def test_whole_centimetres_are_part_of_the_uncertainty():
 
 
 @pytest.mark.parametrize(
-    ("echoes", "said"), [(0, "gave 0 echoes"), (19, "gave 19 echoes from straight before the wall"), (60, "scatter by")]
+    ("echoes", "said"), [(0, "gave 0 echoes"), (19, "gave 19 echoes with the wall straight ahead"), (60, "scatter by")]
 )
 def test_a_sonar_that_is_silent_or_stuck_is_refused(echoes, said):
     track, values, _ = _towards_the_wall()
