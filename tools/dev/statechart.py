@@ -25,7 +25,7 @@ a test checks that both agree.
 
 [![The statechart of a mission as a picture](images/statechart.svg)](images/statechart.svg)
 
-On a narrow screen, open the picture by itself and enlarge it.
+On a narrow screen, open the picture on its own and enlarge it.
 
 Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and its
 measurements. An event without a transition from the current state changes nothing. The motors never wait for the chart:
@@ -45,7 +45,7 @@ In the [journal](journal.md) each event has its reason and its measurements.
 
 {transitions}
 
-"At once" marks a transition that the chart makes by itself when it enters a state and the guard holds. `resume_here`
+"At once" marks a transition that the chart makes without an event when it enters a state and the guard holds. `resume_here`
 and `recover_here` are history states: back to the state that was left.
 
 {guards}
