@@ -111,7 +111,7 @@ class PriorityLock:
                 pass
         raise LinkTimeout(
             f"other threads of this program kept the link busy for {timeout_s or 0:g} s.",
-            remedy="Ask less often, or allow more time.",
+            remedy="Send requests less often, or allow more time.",
         )
 
     def wake_next(self) -> None:

@@ -128,7 +128,7 @@ def _by_shape(text: str) -> str:
     raise AddressError(
         f"{text!r} is not an address: it does not begin with a scheme such as usb://, and does not look like a port, "
         f"an id or a world file.",
-        remedy=f"Begin it with one of {known}; `nxtdrive list` prints whole ones.",
+        remedy=f"An address begins with one of {known}; `nxtdrive list` prints complete ones.",
     )
 
 

@@ -197,7 +197,7 @@ class Course:
                 raise CalibrationRefused(
                     "a turn did not bring the sheet to where it should be in the frame.",
                     remedy="Clear the floor round the robot, hang the sheet where the camera sees all of it from a "
-                    "metre, and see that nothing but the sheet has such markers. If the robot's wheels or track are "
+                    "metre, and make sure that only the sheet has such markers. If the robot's wheels or track are "
                     "unusual, write roughly measured values into the robot file first: [robot] "
                     "wheel_diameter_mm = ..., axle_track_mm = ...",
                 )
@@ -242,7 +242,7 @@ class Course:
         if speed_mm_s > 0 and not self._body.can_drive_forward():
             raise CalibrationRefused(
                 f"the robot cannot notice obstacles: {'; '.join(self._body.lost.values())}",
-                remedy="Check the cables and ports. Of a sensor that it does not have, the port in [robot] is 0.",
+                remedy="Check the cables and ports. For a sensor that is missing, set the port in [robot] to 0.",
             )
         objection = self._rover.drive(speed_mm_s, turn_deg_s)
         if objection in (StopReason.CONTACT, StopReason.STALLED):

@@ -48,7 +48,7 @@ def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column) -> bo
     if abs(moved) < MIN_SHARE:
         raise CalibrationRefused(
             f"the picture did not move when the motor on port {port} turned.",
-            remedy="See that the wheels touch the floor, find the ports with `nxtdrive motor`, and write them into the "
+            remedy="Check that the wheels touch the floor, find the ports with `nxtdrive motor`, and write them to the "
             'robot file: [robot] left = "B", right = "C".',
         )
     return moved * sign > 0

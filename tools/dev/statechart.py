@@ -45,8 +45,8 @@ In the [journal](journal.md) each event has its reason and its measurements.
 
 {transitions}
 
-"At once" marks a transition that the chart makes without an event when it enters a state and the guard holds. `resume_here`
-and `recover_here` are history states: back to the state that was left.
+"At once" marks a transition that the chart makes without an event when it enters a state and the guard holds.
+`resume_here` and `recover_here` are history states: back to the state that was left.
 
 {guards}
 

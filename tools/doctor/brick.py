@@ -59,7 +59,7 @@ def examine(brick: Brick) -> Iterator[Finding]:
 def firmware(version: str) -> Finding:
     """Check whether the driver supports this firmware."""
     if version == "1.05":
-        return warning("firmware", "1.05 reads no colour sensor.", "Install LEGO's firmware 1.29 on the brick.")
+        return warning("firmware", "1.05 does not read colour sensors.", "Install LEGO's firmware 1.29 on the brick.")
     if version not in KNOWN_FIRMWARE:
         known = ", ".join(KNOWN_FIRMWARE)
         return warning("firmware", f"{version}; {known} are known to work.", "Try it; if it fails, install 1.29.")
@@ -116,7 +116,7 @@ def _motor(brick: Brick, port: MotorPort, *, needed: bool) -> Finding:
     if min(abs(angle) for angle in turned) >= TURNED_DEG:
         return ok(topic, f"turned by {turned[0]:+.0f}° and {turned[1]:+.0f}°")
     if needed:
-        return problem(topic, "does not turn.", "Is its cable in, on both sides? Can the wheel turn freely?")
+        return problem(topic, "does not turn.", "Is its cable plugged in at both ends? Can the wheel turn freely?")
     return ok(topic, "nothing turns there, and nothing is needed there")
 
 
@@ -136,7 +136,7 @@ def _digital(brick: Brick, port: SensorPort, needed: str) -> Finding:
         return problem(topic, error.args[0], error.remedy or "Plug the sensor in again.")
     kind = identity.kind if identity else ""
     if needed and kind != needed:
-        return problem(topic, f"no {DIGITAL[needed]} answers.", "Is its cable in, on both sides?")
+        return problem(topic, f"no {DIGITAL[needed]} answers.", "Is its cable plugged in at both ends?")
     if identity is None:
         raw = brick.request(GetInputValues(InputPort(port - 1))).raw
         return ok(topic, f"nothing digital (raw value {raw})")
