@@ -18,7 +18,7 @@ def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
     add_brick_arguments(parser)
     add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    mission = "the mission proposed first; also says how the robot is built, and its simulated room (default: built-in)"
+    mission = "the mission proposed first, if it is in the folder, and the robot and simulated room (default: built-in)"
     parser.add_argument("--mission", metavar="FILE", type=Path, help=mission)
     parser.add_argument("--folder", metavar="FOLDER", type=Path, help=f"{folder} (default: that of --mission, else .)")
     parser.add_argument(
