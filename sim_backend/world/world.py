@@ -167,9 +167,9 @@ class World:
         height_mm = camera.height_mm + (LIFTED_MM if self.robot.lifted else 0.0)
         return Viewpoint(x, y, heading_deg, height_mm, camera.tilt_deg, camera.roll_deg)
 
-    def in_view(self, picture: str) -> bool:
-        """Return whether the robot's camera could see the picture now."""
-        return self._sight.in_view(self.pictures[picture], self.viewpoint())
+    def in_view(self, picture: str, viewpoint: Viewpoint | None = None) -> bool:
+        """Return whether the robot's camera could see the picture now, or would if it were at `viewpoint`."""
+        return self._sight.in_view(self.pictures[picture], viewpoint or self.viewpoint())
 
     def sees(self, obj: PictureObject | BoxObject | PersonObject) -> bool:
         """Return whether a picture's front, or the middle of a box or person, is in the robot's view and not hidden."""

@@ -8,13 +8,11 @@ docs/evaluation.md.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import cast
 
 from behaviors.executive import Ending, Executive, Report
@@ -22,152 +20,39 @@ from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question
-from behaviors.profile_names import ADAPTIVE, THESIS, named_profiles
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import Choice
-from firmware_protocol.errors import ConfigError
-from firmware_protocol.wording import did_you_mean
-from input_files.json_text import MAX_BYTES, parse_object
-from input_files.plain import read_text, whole_number
 from nxtdrive.mission.assembly import MissionRun, open_robot
-from nxtdrive.mission.files import check_profile, with_profile
-from nxtdrive.recording.run_folder import SUMMARY
-from nxtdrive.recording.run_reader import read_run
+from nxtdrive.mission.files import with_profile
 from nxtdrive.simulated.episode import Episode
-from nxtdrive.simulated.rebuilt_room import rebuilt
 from nxtdrive.simulated.robot import GEOMETRIC
-from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from nxtdrive.transports.address import Address
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.evaluation import scene, stop_counts
-from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.simulation import Simulation
+from sim_backend.world.sensing import VIEW_RANGE_MM
 
-from .agents import ALL_NAMES
 from .forks import CAN_FORK, Forks
 from .runner import Workers
+from .unseen_targets import UnseenTargets
+from .what_if_source import GeneratedMission, RebuiltRun, RecordedRun, Source
 
-OTHER_RUN = "Choose another run, or CLASS:SEED:PROFILE."
-"""The remedy for a run that cannot be repeated."""
 Perform = Callable[[Observers, MakeProfile], Report]
 """Performs the mission that was opened, with these observers and this profile."""
 
 
 @dataclass(frozen=True, slots=True)
-class GeneratedMission:
-    """A mission of a sweep."""
-
-    kind: str
-    seed: int
-    profile: str
-
-    @property
-    def name(self) -> str:
-        """The same however it is written: ``open:100`` also for ``open:100:adaptive``."""
-        return f"{self.kind}:{self.seed}" + ("" if self.profile == ADAPTIVE else f":{self.profile}")
-
-
-@dataclass(frozen=True, slots=True)
-class _Run:
-    """A run of ``nxtdrive run``.
+class Futures:
+    """What the candidates of a decision face.
 
     Attributes:
-        path: Its folder.
+        number: Of futures for each candidate.
+        redraw_unseen: Whether the targets that have not been in view hang elsewhere in each of them.
     """
 
-    path: Path
-
-    @property
-    def name(self) -> str:
-        """Its folder."""
-        return str(self.path)
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedRun(_Run):
-    """A run with a simulated robot.
-
-    Attributes:
-        mission: What it did.
-        nxt: Address of its brick, as fast as the computer allows.
-        camera: Its camera.
-        choices: Mission time and name of each choice.
-    """
-
-    mission: Mission
-    nxt: Address
-    camera: str
-    choices: tuple[tuple[float, str], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class RebuiltRun(_Run):
-    """A run of a real robot, to be repeated in a room made from its map.
-
-    Attributes:
-        scenario: Mission and room.
-    """
-
-    scenario: Scenario
-
-
-Source = GeneratedMission | RecordedRun | RebuiltRun
-
-
-def read_source(name: str) -> Source:
-    """Read a mission, named by its run folder or as ``CLASS:SEED[:PROFILE]``.
-
-    Raises:
-        ConfigError: It is neither, or cannot be repeated.
-    """
-    kind, _, rest = name.partition(":")
-    seed, _, profile = rest.partition(":")
-    if kind in ALL_CLASSES and (number := whole_number(seed)) is not None and not os.path.exists(name):
-        if profile in ALL_NAMES and profile not in named_profiles():
-            raise ConfigError(
-                f"{profile} is an agent of sweeps, not a profile.",
-                remedy=f"Write {kind}:{seed} or {kind}:{seed}:{THESIS}.",
-            )
-        check_profile(profile or ADAPTIVE)
-        return GeneratedMission(kind, number, profile or ADAPTIVE)
-    if not os.path.isdir(name):
-        remedy = did_you_mean(kind, ALL_CLASSES) if rest and kind not in ALL_CLASSES else ""
-        raise ConfigError(
-            f"{name} is neither a run folder nor CLASS:SEED[:PROFILE].",
-            remedy=remedy or "Write clutter:100, for example.",
-        )
-    return read_recorded(Path(name))
-
-
-def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
-    """Read a run.
-
-    Raises:
-        ConfigError: It cannot be repeated, or is not a run.
-    """
-    past = read_run(path)
-    try:
-        summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
-        nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
-    except (ValueError, KeyError):
-        wrong = f"{path} has no complete {SUMMARY}, which says what robot it was, as after a run that was killed."
-        raise ConfigError(wrong, remedy=OTHER_RUN) from None
-    if past.mission is None:
-        raise ConfigError(f"{path} cannot be repeated: its mission is not recorded.", remedy=OTHER_RUN)
-    if nxt.scheme != "sim":
-        try:
-            return RebuiltRun(path, rebuilt(past.records, past.mission))
-        except ValueError as error:
-            raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.", remedy=OTHER_RUN) from None
-    if nxt.target.endswith(".toml") and not os.path.exists(nxt.target):
-        raise ConfigError(
-            f"{path} was made in the room {nxt.target}, and there is no such file here.",
-            remedy="Repeat the command in the folder in which the run was made.",
-        )
-    choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is RecordKind.CHOICE]
-    nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
-    return RecordedRun(path, past.mission, nxt, camera, tuple(choices))
+    number: int
+    redraw_unseen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +116,8 @@ def run_with_branch(
     decision: int = -1,
     enter: Callable[[], Branch] = Branch,
     tell: Callable[[DecisionPoint], None] = lambda _: None,
+    *,
+    redraw_unseen: bool = False,
 ) -> EpisodeOutcome:
     """Run a mission in the simulator from its start to its end, with another choice at one decision if wished.
 
@@ -239,6 +126,7 @@ def run_with_branch(
         decision: Number of the decision, from 0, at which it takes a branch; -1 for none.
         enter: Called there for the branch.
         tell: Called with each decision once it is made.
+        redraw_unseen: Hang the targets that have not been in view elsewhere, as the branch's future has it.
 
     Raises:
         ConfigError: The run cannot be repeated.
@@ -251,7 +139,14 @@ def run_with_branch(
         targets = tuple(target for target in mission.mission.targets if target in pictures)
         outcome, observers = EpisodeOutcome(mission.mission.time_limit_s, targets), Observers()
         observers.add("outcome", partial(_note, outcome, sim, tell))
-        ask = partial(_decide, decision, enter, outcome, sim.reseed)
+        unseen = UnseenTargets(sim, targets, _view_mm(source)) if redraw_unseen else None
+
+        def begin(future: int) -> None:
+            sim.reseed(f"future {future}")
+            if unseen:
+                unseen.hang_elsewhere(future)
+
+        ask = partial(_decide, decision, enter, outcome, begin)
         if perform(observers, supervised(mission, ask)).ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt
         if observers.failures:
@@ -260,7 +155,7 @@ def run_with_branch(
 
 
 def _decide(
-    decision: int, enter: Callable[[], Branch], outcome: EpisodeOutcome, reseed: Callable[[str], None], asked: Question
+    decision: int, enter: Callable[[], Branch], outcome: EpisodeOutcome, begin: Callable[[int], None], asked: Question
 ) -> Choice:
     """Choose as the profile does, but for one decision."""
     number, evidence = len(outcome.decisions), asked.evidence
@@ -270,7 +165,7 @@ def _decide(
         return asked.proposed
     branch = enter()
     if branch.future is not None:
-        reseed(f"future {branch.future}")
+        begin(branch.future)
     return asked.candidates[branch.candidate].choice
 
 
@@ -284,6 +179,13 @@ def _note(
     claimed = record.kind is RecordKind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
         outcome.reached.setdefault(record.target, record.time_s)
+
+
+def _view_mm(source: Source) -> float:
+    """Return the largest distance at which a target can be recognised."""
+    if not isinstance(source, GeneratedMission):
+        return VIEW_RANGE_MM
+    return min(VIEW_RANGE_MM, generate_scenario(source.kind, source.seed).conditions.view.farthest_mm)
 
 
 @contextmanager
@@ -314,20 +216,20 @@ def _open_recorded(source: RecordedRun) -> Iterator[tuple[Mission, Simulation, P
         yield source.mission, cast("SimTransport", robot.brick.link.transport).simulation, perform
 
 
-def branch_costs(source: Source, decision: int, candidates: Sequence[int], futures: int) -> list[list[float]]:
+def branch_costs(source: Source, decision: int, candidates: Sequence[int], futures: Futures) -> list[list[float]]:
     """Return what these candidates of a decision cost in each future, in seconds: a row for each candidate.
 
     The episode runs to the decision once and is copied there with its process, where that is possible.
     """
-    branches = list(product(candidates, range(futures)))
+    branches = list(product(candidates, range(futures.number)))
+    outcome = partial(run_with_branch, source, decision, redraw_unseen=futures.redraw_unseen)
     if _copies(source):
         with Forks() as forks:
-            outcome = run_with_branch(source, decision, lambda: Branch(*branches[forks.each(len(branches))]))
-            forks.send_result(outcome.cost_s(decision))
+            forks.send_result(outcome(lambda: Branch(*branches[forks.each(len(branches))])).cost_s(decision))
         costs_s = forks.results
     else:
-        costs_s = [run_with_branch(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
-    return [costs_s[first : first + futures] for first in range(0, len(costs_s), futures)]
+        costs_s = [outcome(partial(Branch, *each)).cost_s(decision) for each in branches]
+    return [costs_s[first : first + futures.number] for first in range(0, len(costs_s), futures.number)]
 
 
 def _copies(source: Source) -> bool:
@@ -336,7 +238,7 @@ def _copies(source: Source) -> bool:
 
 
 def all_costs(
-    source: Source, base: EpisodeOutcome, futures: int, wanted: Iterable[int], workers: Workers
+    source: Source, base: EpisodeOutcome, futures: Futures, wanted: Iterable[int], workers: Workers
 ) -> Iterator[tuple[int, list[list[float]]]]:
     """Yield the number of each decision and the costs of its candidates, in order, as they become available.
 
@@ -356,7 +258,7 @@ def all_costs(
 
 
 def _calls(
-    source: Source, base: EpisodeOutcome, futures: int, wanted: Iterable[int]
+    source: Source, base: EpisodeOutcome, futures: Futures, wanted: Iterable[int]
 ) -> Iterator[tuple[int, Callable[[], list[list[float]]]]]:
     for number in wanted:
         candidates = range(len(base.decisions[number].candidates))

@@ -12,8 +12,8 @@ from nxtdrive.recording.decision_costs import DecisionCosts
 
 from .result_file import read_lines
 
-Key = tuple[str, int | None, int | None, int | None]
-"""Mission, decision, size of the sample and number of futures."""
+Key = tuple[str, int | None, int | None, int | None, bool]
+"""Mission, decision, size of the sample, number of futures, and whether unseen targets hang elsewhere in each."""
 
 
 class ExaminedMission(BaseModel):
@@ -25,12 +25,13 @@ class ExaminedMission(BaseModel):
     decision: int | None = None
     sample: int | None = None
     futures: int | None = None
+    redraw_unseen: bool = False
     decisions: list[DecisionCosts]
 
     @property
     def key(self) -> Key:
         """Identify the result: the mission, and what was asked about it."""
-        return self.run, self.decision, self.sample, self.futures
+        return self.run, self.decision, self.sample, self.futures, self.redraw_unseen
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values, under their names in the file."""

@@ -22,8 +22,9 @@ from nxtdrive.recording.run_folder import WHAT_IF
 from .regret import mean_regret, regret
 from .runner import Workers
 from .summary import Estimate, estimate
-from .what_if import EpisodeOutcome, RebuiltRun, RecordedRun, Source, all_costs, run_with_branch
+from .what_if import EpisodeOutcome, Futures, all_costs, run_with_branch
 from .what_if_file import ExaminedMission, Key
+from .what_if_source import RebuiltRun, RecordedRun, Source
 
 Tell = Callable[[str], None]
 
@@ -36,15 +37,17 @@ class Request:
         decision: Only this one, counted from 1; None for all.
         sample: Only this many, chosen at random, the same ones each time; None for all.
         futures: Futures tried for each candidate.
+        redraw_unseen: Whether the targets that have not been in view hang elsewhere in each future.
     """
 
     decision: int | None
     sample: int | None
     futures: int
+    redraw_unseen: bool = False
 
     def key(self, name: str) -> Key:
         """Identify the result of a mission, as `ExaminedMission.key` does."""
-        return name, self.decision, self.sample, self.futures
+        return name, self.decision, self.sample, self.futures, self.redraw_unseen
 
     def answered(self, name: str, decisions: list[DecisionCosts]) -> ExaminedMission:
         """Return the result of a mission."""
@@ -96,7 +99,8 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
     wanted = request.numbers(len(base.decisions))
     branches = request.futures * sum(len(base.decisions[at].candidates) for at in wanted)
     tell(f"{name}: {number_of(branches, 'mission')} to run; this one took {took_s:.1f} s")
-    for done, (at, costs_s) in enumerate(all_costs(source, base, request.futures, wanted, workers), 1):
+    futures = Futures(request.futures, request.redraw_unseen)
+    for done, (at, costs_s) in enumerate(all_costs(source, base, futures, wanted, workers), 1):
         tell(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}")
         yield _decision_costs(at, base, costs_s)
 

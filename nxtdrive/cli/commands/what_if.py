@@ -19,9 +19,9 @@ from nxtdrive.cli.workers import add_worker_arguments, open_workers
 if TYPE_CHECKING:
     from nxtdrive.recording.decision_costs import DecisionCosts
     from nxtdrive.tools.sweep.runner import Workers
-    from nxtdrive.tools.sweep.what_if import Source
     from nxtdrive.tools.sweep.what_if_file import ExaminedMission
     from nxtdrive.tools.sweep.what_if_result import Request
+    from nxtdrive.tools.sweep.what_if_source import Source
 
 DESCRIPTION = """\
 Repeat a simulated mission up to each decision, take every candidate there, and print
@@ -73,6 +73,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"futures tried for each candidate (default: {FUTURES})",
     )
     parser.add_argument(
+        "--redraw-unseen",
+        action="store_true",
+        help="in each future, hang the targets that have not been in view at another place that has not been in view: "
+        "what a choice was worth with what could be known",
+    )
+    parser.add_argument(
         "--out",
         metavar="FILE",
         type=output_file,
@@ -87,13 +93,13 @@ def run(args: argparse.Namespace) -> int:
     if args.decision is not None and len(args.run_paths) > 1:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
     from nxtdrive.tools.sweep.result_file import ResultFile
-    from nxtdrive.tools.sweep.what_if import read_source
     from nxtdrive.tools.sweep.what_if_file import read_missions
     from nxtdrive.tools.sweep.what_if_result import Request, mean_figures
+    from nxtdrive.tools.sweep.what_if_source import read_source
 
     sources = {source.name: source for source in map(read_source, args.run_paths)}
     kept = read_missions(args.out) if args.out else {}
-    request = Request(args.decision, args.sample, args.futures)
+    request = Request(args.decision, args.sample, args.futures, args.redraw_unseen)
     results: list[ExaminedMission] = []
     show = None if args.json else _show
     with (
@@ -140,13 +146,14 @@ def _examined(
 ) -> Iterator[DecisionCosts]:
     """Run a mission and its branches; show each decision and keep it in the run folder once it is known."""
     from nxtdrive.recording.run_folder import WHAT_IF
-    from nxtdrive.tools.sweep.what_if import RecordedRun
     from nxtdrive.tools.sweep.what_if_result import examine, keep
+    from nxtdrive.tools.sweep.what_if_source import RecordedRun
 
-    if isinstance(source, RecordedRun):
+    keeps = isinstance(source, RecordedRun) and not request.redraw_unseen
+    if keeps:
         check_writable(source.path / WHAT_IF, STORAGE_REMEDY)
     for each in examine(name, source, request, workers, lambda text: write_error(text, sender="")):
-        if isinstance(source, RecordedRun):
+        if keeps:
             with writing(source.path, STORAGE_REMEDY):
                 keep(source.path, name, each)
         if show:

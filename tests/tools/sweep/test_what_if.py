@@ -28,13 +28,13 @@ from nxtdrive.tools.sweep.what_if import (
     Branch,
     DecisionPoint,
     EpisodeOutcome,
-    GeneratedMission,
+    Futures,
     branch_costs,
-    read_recorded,
     run_with_branch,
 )
 from nxtdrive.tools.sweep.what_if_file import read_missions
 from nxtdrive.tools.sweep.what_if_result import keep
+from nxtdrive.tools.sweep.what_if_source import GeneratedMission, read_recorded
 from sim_backend.simulation import Simulation
 
 WAIT = {"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}
@@ -90,6 +90,7 @@ def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path,
         {"run": name, "decision": 1, "sample": None, "futures": 2, "decisions": [DECISION]},
         {"run": name, "decision": None, "sample": 1, "futures": 2, "decisions": [DECISION]},
         {"run": name, "decision": None, "sample": None, "futures": 3, "decisions": [DECISION]},
+        {"run": name, "decision": None, "sample": None, "futures": 2, "redraw_unseen": True, "decisions": [DECISION]},
     ]
     out.write_text("".join(json.dumps(line) + "\n" for line in lines))
     for _ in range(2):
@@ -97,7 +98,8 @@ def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path,
         assert "the mission had no decision" in capsys.readouterr().out
         *before, added = map(json.loads, out.read_text().splitlines())
         assert before == lines
-        assert added == {"run": name, "decision": None, "sample": None, "futures": 2, "decisions": []}
+        asked = {"decision": None, "sample": None, "futures": 2, "redraw_unseen": False}
+        assert added == {"run": name, **asked, "decisions": []}
 
 
 @pytest.mark.nightly
@@ -284,9 +286,9 @@ def test_a_copy_ends_with_the_original():
 @pytest.mark.nightly
 @pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
 def test_copies_of_the_process_continue_as_a_repeated_mission_does(monkeypatch):
-    copied = branch_costs(SOURCE, 0, range(2), 1)
+    copied = branch_costs(SOURCE, 0, range(2), Futures(1))
     monkeypatch.setattr("nxtdrive.tools.sweep.what_if.CAN_FORK", False)
-    assert branch_costs(SOURCE, 0, range(2), 1) == copied
+    assert branch_costs(SOURCE, 0, range(2), Futures(1)) == copied
     assert copied[0] != copied[1]
 
 
