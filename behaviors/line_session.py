@@ -53,8 +53,8 @@ class _BadArgument(Exception):
     """The mission does not describe the target."""
 
 
-class Preempted(Exception):
-    """Raised by a port to interrupt a command; the session then stops the robot."""
+class Preempted(KeyboardInterrupt):
+    """Raised by a port to interrupt a command; the session then stops the robot, and a mission ends as by Ctrl-C."""
 
 
 class Session:
@@ -283,6 +283,8 @@ class Session:
             self._why = Why.DECISION_OPEN
             return CHOOSE_AGAIN
         report = cast("Report", stepped.report)
+        if report.ending is Ending.INTERRUPTED:
+            raise Preempted
         self.error, self._why = report.error, WHY_ENDED.get(report.ending, Why.FAULT)
         return ALL_REACHED if report.achieved else ENDED
 

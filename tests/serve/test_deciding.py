@@ -35,6 +35,12 @@ def leave(decision):
     return next(each["number"] for each in decision["candidates"] if each["choice"] == "change_target")
 
 
+def ending(served):
+    """How the one mission ended, by its journal, and the error that ended it."""
+    (end,) = (record for record in served.records if record.kind is RecordKind.END)
+    return end.data["ending"], end.data["error"]
+
+
 def test_without_a_mission_nothing_is_open_and_only_the_first_candidate_begins_one(serve):
     client = serve("open").client()
     assert evidence(client) == {"open": False}
@@ -89,7 +95,23 @@ def test_stop_breaks_off_the_mission_under_way(serve):
     assert client.ask("choose") == -7
     assert int(client.receive()) == 1
     assert client.ask("why") == 9
-    assert evidence(client)["open"] is False
+    told = evidence(client)
+    assert (told["open"], told["ending"], set(told["targets"])) == (False, "interrupted", {"lena", "rilakkuma"})
+    assert ending(served) == ("interrupted", "")
+    assert served.at_rest
+
+
+def test_a_client_that_leaves_a_mission_under_way_ends_it(serve):
+    served = serve("open", profile="adaptive")
+    client = served.client()
+    left = threading.Event()
+    served.after(2.0, lambda: (client.leave(), left.set()))
+    client.send("choose\n")
+    assert left.wait(60)
+    other = served.client()
+    while other.ask("status") == -6:
+        pass
+    assert ending(served) == ("interrupted", "")
     assert served.at_rest
 
 
@@ -102,7 +124,7 @@ def test_a_client_that_leaves_at_a_decision_ends_the_mission(serve):
     while other.ask("status") == -6:
         pass
     assert evidence(other) == {"open": False}
-    assert [record.data["ending"] for record in served.records if record.kind is RecordKind.END] == ["interrupted"]
+    assert ending(served) == ("interrupted", "")
     assert served.at_rest
 
 
