@@ -203,13 +203,13 @@ class Session:
         return self._do_bye(request)
 
     def _do_target(self, request: Request) -> int:
-        self._move = None
+        self._end_move()
         self._choose(request.name)
         return DONE
 
     def _do_arrive(self, request: Request) -> int:
         """Search on the first call; once the target is in view, drive for a while on each further call."""
-        self._move = None
+        self._end_move()
         if request.name:
             self._choose(request.name)
         if not self._sighted:
@@ -232,7 +232,7 @@ class Session:
         return fact
 
     def _do_select(self, _: Request) -> int:
-        self._move = None
+        self._end_move()
         return int(self._exist)
 
     def _do_move_to(self, request: Request) -> int:
@@ -310,6 +310,12 @@ class Session:
         if target != self._target:
             self._halt()
             self._target, self._exist = target, False
+
+    def _end_move(self) -> None:
+        """Let the next move_to begin afresh; the robot is at rest, and what held it there is not in its way."""
+        if self._move:
+            self._move = None
+            self._context.watch.update(None)
 
     def _halt(self) -> None:
         """Stop the skill in progress."""

@@ -73,12 +73,13 @@ def test_another_command_starts_move_to_afresh(serve, between):
     assert served.simulation.truth.pose.heading_deg - before == pytest.approx(30, abs=3)
 
 
-@pytest.mark.parametrize("question", ["status", "why", "dance", "move_to north"])
+@pytest.mark.parametrize("question", ["status", "why", "evidence", "dance", "move_to north"])
 def test_a_question_and_a_mistake_leave_move_to_where_it_is(serve, question):
     served = serve(advance_mm=50.0)
     client = served.client()
     client.ask("move_to 30")
-    client.ask(question)
+    client.send(question + "\n")
+    client.receive()
     before = served.simulation.truth.pose.heading_deg
     client.ask("move_to 30")
     assert served.simulation.truth.pose.heading_deg - before == pytest.approx(0, abs=3)
@@ -150,6 +151,19 @@ def test_the_safety_stop_is_reported_and_cuts_the_advance(serve):
     assert served.at_rest
     assert client.ask("move_to 0") == 1, "ten advances are ten advances"
     assert client.ask("status") == Status.IDLE
+
+
+@pytest.mark.parametrize("verb", ["select", "target rilakkuma", "arrive"])
+def test_what_held_a_move_to_does_not_outlast_it(serve, verb):
+    client = serve("open", "rilakkuma", advance_mm=800.0, look_every_deg=180.0).client()
+    why = Why.NOTHING_YET
+    while why != Why.OBSTACLE_AHEAD:
+        assert client.ask("move_to 0") == 0
+        why = client.ask("why")
+    client.ask(verb)
+    assert client.ask("status") == Status.IDLE
+    if verb == "arrive":
+        assert client.ask("why") == Why.FULL_TURN_WITHOUT_SIGHTING
 
 
 # --- interruptions ---
