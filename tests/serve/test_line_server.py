@@ -227,6 +227,16 @@ def test_a_client_that_leaves_an_approach_stops_the_motors(serve):
     assert served.at_rest
 
 
+@pytest.mark.parametrize("line", ["target rilakkuma", "connect", "stop", "bye"])
+def test_what_ends_an_approach_brakes_at_once(serve, line):
+    served = serve()
+    client = served.client()
+    assert [client.ask("arrive lena") for _ in range(2)] == [0, 0]
+    assert client.ask(line) == 1
+    served.simulation.advance(200)
+    assert served.simulation.truth.speed_mm_s < 10, "its lease would let it drive on for longer"
+
+
 def test_bye_is_answered_and_ends_the_conversation(serve):
     served = serve()
     client = served.client()
@@ -331,6 +341,7 @@ def test_clients_that_send_no_request_keep_no_other_from_being_served(serve):
     idle[-1].send("GET / HTTP/1.1\r\n")
     assert served.client().ask("connect") == 1
     assert idle[0].receive() == b"", "the oldest ones were closed"
+    assert sum("dropped client" in line for line in served.said) == 1
 
 
 def test_a_client_that_does_not_read_is_disconnected_and_holds_up_no_other(serve):
@@ -472,6 +483,8 @@ def test_a_link_that_breaks_is_reported_and_connect_mends_it(serve):
     assert client.ask("why") == Why.LINK_LOST
     assert client.ask("status") == ErrorReply.LINK_DOWN
     assert client.ask("connect") == 0
+    (connecting,) = (record.data for record in served.records if record.data.get("value") == 0)
+    assert (connecting["verb"], connecting["why"]) == ("connect", "link_lost")
     served.simulation.advance(6000)
     assert served.simulation.truth.speed_mm_s < 1.0, "the lease has stopped the motors"
     assert client.ask("connect") == 1
