@@ -9,9 +9,13 @@ from random_ports import RandomPorts, two_targets
 
 from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
-from behaviors.executive import Executive
+from behaviors.events import Event, Fact, Reason
+from behaviors.executive import Ending, Executive
 from behaviors.journal import JOURNAL_FORMAT, Record, RecordKind
 from behaviors.ports import FloorRay, Glimpse, MotionResult, Ports, Pose, RobotUnreachable, Sighting, StopReason
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.recoveries import Choice
+from behaviors.skills import Skill
 
 SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
 
@@ -150,3 +154,22 @@ def test_a_target_with_another_round_is_left_and_in_the_last_one_given_up():
     records = _journal(Nothing(0.0), targets=["a"], profile="thesis", rounds=2, time_limit_s=900.0)
     decided = [each for each in _taken(records) if each[2] in ("left", "gave_up")]
     assert decided == [("select", None, "left"), ("select", None, "gave_up")]
+
+
+class Dawdling(AdaptiveProfile):
+    """A profile whose skill goes on and on, and does not check the time."""
+
+    def skill(self, state: str, choice: Choice | None) -> Skill:
+        return self
+
+    def call(self) -> Fact:
+        clock = self._perception.context.clock
+        clock.sleep(1.0)
+        assert clock.now() < 60.0
+        return Fact(Event.CONTINUED, Reason.DRIVING_ON)
+
+
+def test_the_time_limit_holds_for_a_skill_that_does_not_check_it():
+    ports = Facing(1000.0)
+    report = Executive(two_targets(time_limit_s=20.0), Ports(ports, ports, ports), make_profile=Dawdling).run()
+    assert (report.ending, report.duration_s) == (Ending.TIME_UP, 20.0)
