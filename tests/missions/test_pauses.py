@@ -7,7 +7,7 @@ import pytest
 from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
-from behaviors.pause import Pause
+from behaviors.pause import Pause, Paused
 from sim_backend.link import LinkFaults
 
 PROFILES = pytest.mark.parametrize("profile", ["thesis", "adaptive"])
@@ -165,3 +165,12 @@ def test_a_pause_that_begins_while_the_mission_is_ended_does_not_hold_it_up(perf
     done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
     assert done.report.ending is Ending.INTERRUPTED
     assert done.report.duration_s < 2 * WAIT_MS / 1000
+
+
+def test_a_pause_interrupts_a_skill_once_so_that_its_clean_up_may_use_the_robot():
+    pause = Pause()
+    with pause.interrupting():
+        pause.request()
+        with pytest.raises(Paused):
+            pause.check()
+        pause.check()
