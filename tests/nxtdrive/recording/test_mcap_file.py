@@ -41,7 +41,7 @@ RECORDS = [
 
 @pytest.fixture(name="run")
 def _run(tmp_path):
-    """A run folder with two pictures, of which the second has boxes."""
+    """A run folder with three pictures, of which the second has boxes, and the third one of what is not the target."""
     path = tmp_path / "run-001"
     path.mkdir()
     (path / "journal.jsonl").write_text("".join(f"{each.to_json()}\n" for each in RECORDS), encoding="utf-8")
@@ -51,6 +51,7 @@ def _run(tmp_path):
     sighting = Sighting("lena", 3.0, 900.0, 1.0, 0.9, box)
     look = looked("lena", sighting, [Detection(box, 1.0), Detection(other, 0.4)])
     camera.add(np.zeros((48, 64, 3), np.uint8), 0.9, look)
+    camera.add(np.zeros((48, 64, 3), np.uint8), 1.2, looked("lena", None, [Detection(other, 0.4)]))
     camera.close()
     return path
 
@@ -97,7 +98,7 @@ def test_there_is_every_topic_and_every_schema_is_used(topics, tmp_path):
 
 def test_times_are_those_of_the_journal_and_in_order(topics, tmp_path):
     assert [time_ns for time_ns, _ in topics["/state"]] == [round(each.time_s * 1e9) for each in RECORDS]
-    assert [time_ns for time_ns, _ in topics["/camera"]] == [500_000_000, 900_000_000]
+    assert [time_ns for time_ns, _ in topics["/camera"]] == [500_000_000, 900_000_000, 1_200_000_000]
     for time_ns, values in topics["/sonar"]:
         assert values["timestamp"] == {"sec": time_ns // 10**9, "nsec": time_ns % 10**9}
     with open(tmp_path / "run.mcap", "rb") as file:
@@ -108,7 +109,7 @@ def test_times_are_those_of_the_journal_and_in_order(topics, tmp_path):
 def test_places_are_as_in_ros(topics):
     _, turned = topics["/pose"][1]
     assert turned["pose"]["position"] == {"x": 1.0, "y": -0.5, "z": 0.0}
-    assert turned["pose"]["orientation"]["z"] == pytest.approx(-(0.5**0.5))
+    assert turned["pose"]["orientation"] == pytest.approx({"x": 0.0, "y": 0.0, "z": -(0.5**0.5), "w": 0.5**0.5})
     assert topics["/tf"][1][1]["translation"] == turned["pose"]["position"]
     assert [values["ranges"] for _, values in topics["/sonar"]] == [[1.5], []]
     assert [values["voltage"] for _, values in topics["/battery"]] == [7.412]
@@ -131,9 +132,13 @@ def test_the_sonar_is_where_the_robot_has_it(tmp_path, sonar_mm):
 def test_pictures_boxes_and_decisions_are_there(topics, run):
     jpeg = (run / "camera" / "000002.jpg").read_bytes()
     assert base64.b64decode(topics["/camera"][1][1]["data"]) == jpeg
-    empty, boxes = (values for _, values in topics["/camera/boxes"])
+    empty, boxes, found = (values for _, values in topics["/camera/boxes"])
     assert (empty["points"], empty["texts"]) == ([], [])
-    assert [len(each["points"]) for each in boxes["points"]] == [4, 4]
+    corners = [[(at["x"], at["y"]) for at in each["points"]] for each in boxes["points"]]
+    other = [(40, 5), (50, 5), (50, 15), (40, 15)]
+    assert corners == [other, [(10, 10), (30, 10), (30, 30), (10, 30)]], "the target's once"
+    assert boxes["points"][0]["outline_color"] != boxes["points"][1]["outline_color"]
+    assert ([boxes["points"][0]["points"]], []) == ([each["points"] for each in found["points"]], found["texts"])
     assert boxes["texts"][0]["text"] == "lena R 3° 0.90 m"
     assert [values["message"] for _, values in topics["/decisions"]] == ["lena: look elsewhere, since it was not seen"]
     assert topics["/log"][-1][1]["message"] == "achieved"
@@ -163,7 +168,7 @@ def test_values_of_an_unknown_form_are_left_out(tmp_path, data):
 def test_a_picture_that_is_gone_is_left_out(run, tmp_path):
     (run / "camera" / "000001.jpg").unlink()
     write_mcap(_past([]), read_pictures(run), tmp_path / "x.mcap")
-    assert len(_read(tmp_path / "x.mcap")["/camera"]) == 1
+    assert len(_read(tmp_path / "x.mcap")["/camera"]) == 2
 
 
 def test_without_the_package_a_sentence_says_how_to_install_it(run, tmp_path, monkeypatch, capsys):

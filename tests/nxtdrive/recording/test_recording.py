@@ -232,6 +232,15 @@ def test_the_video_keeps_the_missions_time(tmp_path):
     assert sorted(path.name for path in (tmp_path / "x-001").iterdir())[:2] == ["camera", "camera.webm"]
 
 
+def test_pictures_have_the_journals_time_also_of_a_mission_that_began_a_moment_before_its_first_record(tmp_path):
+    recording = Recording(new_run_folder(tmp_path, "x"), _Clock())
+    recording(Record(0.25, RecordKind.START, "idle", "lena", {"mission": "x"}))
+    for time_s in (-0.5, 0.5):
+        recording.frame(_picture(time_s))
+    recording.finish(None, "", {}, Observers())
+    assert [each.t for each in read_pictures(tmp_path / "x-001").pictures] == [0.75]
+
+
 def _film(path):
     """Frames per second and frames of a video."""
     film = cv2.VideoCapture(str(path))
