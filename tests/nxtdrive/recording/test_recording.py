@@ -111,12 +111,12 @@ def _recorded(folder, **options):
 
 
 @pytest.mark.parametrize("video", [True, False])
-def test_a_folder_that_is_removed_during_the_run_is_made_again(tmp_path, video):
-    recording, observers = _recorded(tmp_path, video=video), Observers(on_failure=lambda *_: None)
-    shutil.rmtree(tmp_path / "x-001")
+def test_a_folder_that_is_removed_with_all_runs_during_the_run_is_made_again(tmp_path, video):
+    recording, observers = _recorded(tmp_path / "runs", video=video), Observers(on_failure=lambda *_: None)
+    shutil.rmtree(tmp_path / "runs")
     recording.finish(None, "", {}, observers)
     assert [path.name for path in recording.files()] == ["journal.jsonl", "map.png", "mission.json", "summary.json"]
-    assert (tmp_path / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS) + 1
+    assert (tmp_path / "runs" / "x-001" / "journal.jsonl").read_text().count("\n") == len(RECORDS) + 1
     assert list(observers.failures) == ["camera/"] * video
 
 
