@@ -201,3 +201,36 @@ def test_the_motors_are_off_when_a_mission_breaks_off_while_the_robot_drives(pro
         _journal(ports, profile=profile, time_limit_s=20.0)
     assert ports.now() < 20.0
     assert ports.at_rest
+
+
+class Blinking(Facing):
+    """Its target is in view only between some times, in seconds."""
+
+    def __init__(self, *spans_s: tuple[float, float]) -> None:
+        super().__init__(1000.0)
+        self._spans_s = spans_s
+
+    def glance(self, targets: tuple[str, ...] | list[str]) -> Glimpse:
+        glimpse = super().glance(targets)
+        seen = any(begin_s <= self.now() < end_s for begin_s, end_s in self._spans_s)
+        return glimpse if seen else Glimpse(glimpse.time_s, {})
+
+
+def _known(profile: str, *spans_s: tuple[float, float]) -> Iterator[tuple[object, object, object]]:
+    """Yield what the choices of a mission are based on: failure, whether the target was seen, and further searches."""
+    for record in _journal(Blinking(*spans_s), targets=["a"], profile=profile, time_limit_s=60.0):
+        if record.kind is RecordKind.CHOICE:
+            known = record.data["evidence"]
+            yield known["reason"], known["seen_since_search"], known["researches"]
+
+
+def test_each_search_begins_with_a_target_that_was_not_seen():
+    assert list(_known("thesis", (0.0, 3.0))) == [
+        ("target_lost", True, 0),
+        ("full_turn_without_sighting", False, 1),
+        ("full_turn_without_sighting", False, 2),
+    ]
+
+
+def test_a_target_that_is_found_by_a_recovery_was_searched_for_again():
+    assert list(_known("adaptive", (0.0, 1.0), (6.0, 9.0)))[:2] == [("target_lost", True, 0), ("target_lost", True, 1)]
