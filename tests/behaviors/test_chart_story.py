@@ -234,3 +234,48 @@ def test_each_search_begins_with_a_target_that_was_not_seen():
 
 def test_a_target_that_is_found_by_a_recovery_was_searched_for_again():
     assert list(_known("adaptive", (0.0, 1.0), (6.0, 9.0)))[:2] == [("target_lost", True, 0), ("target_lost", True, 1)]
+
+
+def test_each_target_has_searches_of_its_own_and_the_time_of_its_end():
+    ports, records = Blinking(), []
+    mission = two_targets(profile="thesis", time_limit_s=300.0)
+    report = Executive(mission, Ports(ports, ports, ports), [records.append]).run()
+    choices = [record for record in records if record.kind is RecordKind.CHOICE]
+    researches = [(each.target, each.data["evidence"]["researches"]) for each in choices]
+    assert researches == [("a", 0), ("a", 1), ("a", 2), ("b", 0), ("b", 1), ("b", 2)]
+    assert [each.time_s for each in report.targets] == pytest.approx([choices[2].time_s, choices[5].time_s], abs=0.001)
+    assert [each.attempts for each in report.targets] == [3, 3]
+
+
+class Away(Facing):
+    """Its brick is away between two times, in seconds, of which every other sleep gives notice."""
+
+    def __init__(self, begin_s: float, end_s: float, *, refused: bool = False) -> None:
+        super().__init__(300.0)
+        self._begin_s, self._end_s, self._refused = begin_s, end_s, refused
+        self._sleeps = 0
+
+    def _answer(self) -> None:
+        if self._begin_s <= self.now() < self._end_s:
+            raise RobotUnreachable("the brick is away", refused=self._refused)
+
+    def sleep(self, duration_s: float) -> None:
+        super().sleep(duration_s)
+        self._sleeps += 1
+        if self._sleeps % 2:
+            self._answer()
+
+
+def test_an_outage_is_noted_at_once_and_then_every_five_seconds():
+    records = _journal(Away(0.0, 12.0), targets=["a"], reconnect_timeout_s=30.0, time_limit_s=60.0)
+    noted = [record for record in records if record.kind is RecordKind.OUTAGE]
+    assert [record.time_s for record in noted] == pytest.approx([0.0, 5.0, 10.0], abs=0.5)
+    assert [record.data["left_s"] + record.time_s for record in noted] == pytest.approx([30.0] * 3, abs=0.5)
+    assert records[-1].data["ending"] == "achieved"
+
+
+@pytest.mark.parametrize("refused", [True, False])
+def test_a_report_says_whether_a_brick_that_refuses_ended_the_mission(refused):
+    ports = Away(0.0, 60.0, refused=refused)
+    report = Executive(two_targets(reconnect_timeout_s=2.0), Ports(ports, ports, ports)).run()
+    assert (report.ending, report.refused) == (Ending.LINK_LOST, refused)
