@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from sweep_results import mission_result
 
+from behaviors.adaptive.policy import AdaptivePolicy
+from behaviors.evidence import evidence_from
 from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
+from behaviors.operator import candidates
+from behaviors.recoveries import RECOVERIES
 from nxtdrive.recording.predictions import Prediction, predictions
 from nxtdrive.tools.sweep.calibration import calibration_error, error_of_true_chances, pairs, reliability
 from nxtdrive.tools.sweep.tables import calibration_rows, chance_rows
@@ -26,15 +31,25 @@ BLOCKED = (
 )
 
 
+ELSEWHERE = ("never_seen", {**SEEN[1], "others": [{"target": "b", "travel_s": 3.0, "age_s": 3.0, "chance": 0.9}]})
+
+
+KEYS = ("source", "to", "reason")
+
+
 def _journal(*after, chosen="rescan", failure=SEEN):
+    """A choice of the adaptive profile's own, with the transitions before and after; those to "b" are about it."""
     reason, known = failure
     evidence = {"reason": reason, "seen_since_search": False, "researches": 0, **known}
-    route = {"route": [[0.0, 900.0]]} if chosen == "detour" else {}
-    data = {"choice": chosen, "why": "", **route, "evidence": evidence}
-    choice = Record(1.0, RecordKind.CHOICE, "select", "a", data)
+    weighed = candidates(AdaptivePolicy.of(MISSION.adaptive), evidence_from("a", evidence))
+    data = next(each.choice.record() for each in weighed if each.choice.kind.name == chosen)
+    choice = Record(1.0, RecordKind.CHOICE, "select", "a", {**data, "evidence": evidence})
+    steps = [("search", "select", reason), ("select", RECOVERIES[chosen].states[0], ""), *after]
     moves = [
-        Record(2.0 + i, RecordKind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": why})
-        for i, (source, to, why) in enumerate([("search", "select", reason), ("select", chosen, ""), *after])
+        Record(
+            2.0 + i, RecordKind.TRANSITION, to, "".join(target) or "a", dict(zip(KEYS, (source, to, why), strict=True))
+        )
+        for i, (source, to, why, *target) in enumerate(steps)
     ]
     return [choice, *moves]
 
@@ -70,6 +85,41 @@ def test_a_look_comes_true_when_it_shows_the_target_and_the_same_failure_does_no
 def test_a_detour_comes_true_when_it_leads_past_what_blocked_the_path(after, came_true):
     found = predictions(_journal(*after, chosen="detour", failure=BLOCKED), "adaptive", MISSION)
     assert [each.came_true for each in found] == came_true
+
+
+@pytest.mark.parametrize(
+    ("after", "came_true"),
+    [
+        ([("wait", "search", "waited"), ("search", "select", "never_seen")], [True]),
+        ([("wait", "search", "way_clear"), ("search", "finished", "time_up")], [True]),
+        ([("wait", "select", "blocked_long")], [False]),
+        ([("wait", "finished", "time_up")], []),
+    ],
+)
+def test_a_wait_comes_true_when_what_blocked_the_path_has_left(after, came_true):
+    found = predictions(_journal(*after, chosen="wait", failure=BLOCKED), "adaptive", MISSION)
+    assert [each.came_true for each in found] == came_true
+
+
+@pytest.mark.parametrize(
+    ("after", "came_true"),
+    [
+        ([("search", "arrive", "sighted", "b"), ("arrive", "select", "never_seen", "b")], [True]),
+        ([("search", "arrive", "sighted", "a"), ("arrive", "select", "target_lost", "a")], [False]),
+        ([("search", "select", "never_seen", "b")], [False]),
+        ([("search", "finished", "time_up", "b")], []),
+    ],
+)
+def test_another_target_comes_true_when_the_robot_has_found_that_one(after, came_true):
+    left = ("left", "search", "", "b")
+    found = predictions(_journal(left, *after, chosen="change_target", failure=ELSEWHERE), "adaptive", MISSION)
+    assert [each.came_true for each in found] == came_true
+
+
+def test_a_choice_that_this_version_does_not_know_has_no_outcome():
+    choice, *moves = _journal(("rescan", "select", "never_seen"))
+    unknown = replace(choice, data={**choice.data, "choice": "dance"})
+    assert predictions([unknown, *moves], "adaptive", MISSION) == []
 
 
 def _results(chance, share, number=50):
