@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.journal import Record, RecordKind
-from nxtdrive.recording.decisions import decisions, replay, same, weighed_by
+from nxtdrive.recording.decisions import DecisionResult, decisions, replay, same, weighed_by
 
 BEFORE = {
     "reason": "never_seen",
@@ -45,3 +45,24 @@ def test_a_policy_that_goes_for_another_target_chooses_differently():
     policy = AdaptivePolicy()
     assert not replay(policy, _decision(instead="cup", evidence=BEFORE)).differs
     assert replay(policy, _decision(instead="box", evidence=BEFORE)).differs
+
+
+def test_the_steps_of_an_outcome_are_the_states_until_the_next_failure_each_once():
+    choice = Record(1.0, RecordKind.CHOICE, "select", "lena", {"choice": "move_to", "why": ""})
+    moves = [
+        ("search", "select", "never_seen"),
+        ("select", "move_to", ""),
+        ("move_to", "move_to", "path_renewed"),
+        ("move_to", "search", "there"),
+        ("search", "select", "never_seen"),
+        ("select", "wait", ""),
+    ]
+    records = [
+        Record(2.0 * i, RecordKind.TRANSITION, to, "lena", {"source": source, "to": to, "reason": reason})
+        for i, (source, to, reason) in enumerate(moves, 1)
+    ]
+    (decision,) = decisions([choice, *records])
+    assert decision.outcome.result is DecisionResult.FAILED
+    assert decision.outcome.detail == "never_seen"
+    steps = [(step.state, step.seconds, step.reason) for step in decision.outcome.steps]
+    assert steps == [("move_to", 4.0, "there"), ("search", 2.0, "never_seen")]
