@@ -56,6 +56,17 @@ def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
     assert "robot.radius_mm" in capsys.readouterr().err
 
 
+def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_path, monkeypatch, capsys):
+    (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
+    named = tmp_path / "named.toml"
+    named.write_text("[robot]\naxle_track_mm = 1\n", encoding="utf-8")
+    monkeypatch.setenv("NXT_ROBOT", str(named))
+    assert main(["web", "--port", "0", "--folder", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert "robot.axle_track_mm" in said
+    assert "radius_mm" not in said
+
+
 def test_a_missions_folder_is_that_of_its_file(tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
