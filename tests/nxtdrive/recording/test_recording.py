@@ -90,6 +90,12 @@ def test_run_folders_are_numbered_and_never_overwritten(tmp_path):
     assert [first.path.name, second.path.name] == ["lena-then-rilakkuma-001", "lena-then-rilakkuma-002"]
 
 
+def test_a_run_has_a_higher_number_than_all_before_it_also_where_some_were_removed(tmp_path):
+    for name in ("x-002", "x-007", "other-009", "x-y-011"):
+        (tmp_path / name).mkdir()
+    assert _made(tmp_path, "x") == "x-008"
+
+
 def test_runs_that_begin_at_once_get_folders_of_their_own(tmp_path):
     with ThreadPoolExecutor(8) as pool:
         folders = list(pool.map(lambda _: new_run_folder(tmp_path, "x"), range(60)))
