@@ -22,7 +22,6 @@ has not changed when a request of another kind has been answered at its end.
 
 from __future__ import annotations
 
-from collections import deque
 from itertools import cycle
 from typing import Any
 
@@ -36,9 +35,6 @@ FENCE_MODULE = 0x000C0001
 
 FENCE_SIZES = range(1, 17)
 """Numbers that identify a fence, sent as the length it reads; the Ui IO map has 40 bytes."""
-
-REMEMBERED_LOSSES = 8
-"""Number of unanswered requests whose replies are distinguished from a fence's; less than the number of fences."""
 
 REMEMBERED_HEADS = 64
 """How many requests' reply heads are kept; programs poll a handful of them again and again."""
@@ -87,7 +83,7 @@ class Dialogue:
         self._fence = b""
         self._waiting: tuple[Command[Any], bytes] | None = None
         self._behind = False
-        self._lost: deque[bytes] = deque(maxlen=REMEMBERED_LOSSES)
+        self._lost = b""
 
     def discard(self, telegrams: int) -> None:
         """Take note of telegrams that had arrived before a request is opened; they are late, or surplus."""
@@ -102,7 +98,7 @@ class Dialogue:
         """
         request = command.encode()
         if open_before := self._command is not None:
-            self._lost.append(self._expected)
+            self._lost = self._expected
         self._timeout_s = timeout_s
         self.deadline = now + timeout_s
         if self._behind or open_before:
@@ -158,7 +154,7 @@ class Dialogue:
     def _raise_fence(self, command: Command[Any], request: bytes) -> bytes:
         """Put `request` behind a new fence and return the fence, to be sent."""
         self._behind = True
-        taken = {*self._lost, command.reply_head(request)}
+        taken = self._lost, command.reply_head(request)
         for size in self._sizes:
             question = IOMapRead(FENCE_MODULE, 0, size).encode()
             self._fence = IOMapRead.reply_head(question)
@@ -175,7 +171,6 @@ class Dialogue:
             refused = telegram[:2] == _HEADER_OF_FENCE and telegram[2:3] not in (b"", b"\0")
             if refused or telegram.startswith(self._fence):
                 self._fence = b""
-                self._lost.clear()
             return None
         command, expected = self._command, self._expected
         if command is None or telegram[:2] != expected[:2]:

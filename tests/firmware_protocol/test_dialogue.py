@@ -145,6 +145,15 @@ def test_a_brick_that_refuses_the_fence_has_answered():
     assert dialogue.follow_up(1.0) == BATTERY.encode()
 
 
+def test_a_telegram_without_a_status_does_not_answer_a_fence():
+    dialogue = opened(BATTERY)
+    dialogue.open(BATTERY, 1.0, 1.0)
+
+    assert dialogue.feed(IOMapRead.encode_reply()[:2]) is None
+
+    assert dialogue.follow_up(1.0) == b""
+
+
 def test_a_new_link_needs_no_fence():
     dialogue = opened(BATTERY)
     dialogue.open(BATTERY, 1.0, 1.0)
@@ -212,6 +221,33 @@ def test_an_answer_about_something_else_is_dropped(command, other):
     assert opened(command).feed(other) is None
 
 
+def test_telegrams_are_surplus_if_no_reply_was_missing():
+    dialogue = Dialogue()
+    dialogue.discard(2)
+    assert dialogue.surplus_telegrams == 2, "found before a request"
+
+    dialogue.open(Close(3), 0.0, 1.0)
+    dialogue.feed(ANSWER)
+    assert dialogue.surplus_telegrams == 3, "of another kind"
+
+    dialogue.feed(Close.encode_reply(FileHandle(4)))
+    assert dialogue.surplus_telegrams == 4, "about something else"
+
+    dialogue.feed(Close.encode_reply(FileHandle(3)))
+    assert dialogue.surplus_telegrams == 4
+
+
+def test_a_late_reply_is_not_surplus():
+    dialogue = opened(BATTERY)
+    dialogue.discard(1)
+    fence = dialogue.open(BATTERY, 1.0, 1.0)
+    dialogue.discard(1)
+    dialogue.feed(ANSWER)
+    dialogue.feed(fence_answer(fence))
+
+    assert dialogue.surplus_telegrams == 0
+
+
 @pytest.mark.parametrize("malformed", ["020b", "020b00", "020b004a", "020b004a1e00"])
 def test_a_malformed_answer_is_an_error_and_unsettles_the_dialogue(malformed):
     dialogue = opened(BATTERY)
@@ -240,9 +276,12 @@ def test_a_refusal_is_an_error_whatever_follows_its_status(status, error, payloa
 
 
 def test_the_end_of_a_file_comes_with_data():
-    reply = opened(Read(0, 3)).feed(bytes.fromhex("0282 85 00 0300 616200"))
+    dialogue = opened(Read(0, 3))
+
+    reply = dialogue.feed(bytes.fromhex("0282 85 00 0300 616200"))
 
     assert reply == FileData(0, 3, b"ab\0")
+    assert dialogue.open(BATTERY, 0.0, 1.0) == BATTERY.encode(), "it was an answer"
 
 
 def test_in_progress_is_not_an_error():

@@ -81,6 +81,10 @@ def test_what_a_length_cannot_say_is_not_framed(size):
         frame(bytes(size))
 
 
+def test_the_longest_telegram_is_framed():
+    assert frame(bytes(65535)) == b"\xff\xff" + bytes(65535)
+
+
 @given(st.binary(max_size=300))
 def test_usb_splits_at_64_bytes(data):
     packets = usb_packets(data)
