@@ -30,13 +30,14 @@ BEHIND = (0, 1, 2, 3)
 
 
 class Stutter(SimTransport):
-    """Delivers the reply of this number again, `behind` replies later; may not tell that one waits."""
+    """Delivers the reply of this number again, `behind` replies later; may not tell that one waits, or not at first,
+    as over USB, where the driver looks for one only now and then."""
 
     def __init__(self, simulation, *, behind=0, tells=True):
         super().__init__(simulation)
         self.behind, self.tells = behind, tells
         self.doubled, self.lost = range(0), -1
-        self.number = 0
+        self.number = self.silent = 0
         self.copies = deque()
 
     def receive(self, timeout_s):
@@ -53,7 +54,9 @@ class Stutter(SimTransport):
         return reply
 
     def waiting(self):
-        return self.tells and (super().waiting() or bool(self.copies and self.copies[0][0] <= self.number))
+        arrived = super().waiting() or bool(self.copies and self.copies[0][0] <= self.number)
+        self.silent -= 1
+        return arrived and self.tells and self.silent < 0
 
 
 @pytest.fixture
@@ -68,9 +71,10 @@ def stutter():
         brick.files.write("b.bin", b"b")
         bricks.append(brick)
 
-        def start(*numbers, lost=-1):
+        def start(*numbers, lost=-1, silent=0):
             transport.doubled = [transport.number + number for number in numbers]
             transport.lost = transport.number + lost if lost >= 0 else -1
+            transport.silent = silent
             return brick
 
         return start
@@ -87,6 +91,19 @@ def test_what_is_read_is_right_whichever_reply_arrives_twice(stutter, behind, te
     for position in POSITIONS:
         assert start(position).files.read("a.bin") == CONTENT, position
         assert start(position).files.ls() == LISTED, position
+
+
+@pytest.mark.parametrize("silent", [*range(10), 1000])
+@pytest.mark.parametrize("behind", BEHIND)
+def test_a_file_is_right_whose_last_piece_is_as_long_as_an_earlier_one(stutter, behind, silent):
+    """Only the reply to the last read, left over, shows that the reply to an earlier one was taken for it."""
+    content = CONTENT[: 58 + 57 + 58]
+    start = stutter(behind=behind)
+    brick = start()
+    brick.files.write("c.bin", content)
+    for position in range(8):
+        start(position, silent=silent)
+        assert brick.files.read("c.bin", lambda *_: brick.sleep(0.01)) == content, position
 
 
 @pytest.mark.parametrize("tells", [True, False])
