@@ -94,7 +94,7 @@ class NxtServerTransport(WallClock):
     def waiting(self) -> bool:
         """Return whether a reply has arrived."""
         self._check_open()
-        if not self._due and not self._arrived:
+        if not self._arrived:
             self._take(self._connection.read(0.0))
         return bool(self._arrived)
 

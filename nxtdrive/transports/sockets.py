@@ -26,8 +26,8 @@ class Connection:
 
     def read(self, timeout_s: float) -> bytes:
         """Return at least one byte, or none after `timeout_s`; raise LinkLost at the end of the stream."""
-        self._socket.settimeout(max(timeout_s, 0.0))
         try:
+            self._socket.settimeout(max(timeout_s, 0.0))
             data = self._socket.recv(CHUNK)
         except OSError as error:
             if _is_silence(error):

@@ -7,11 +7,15 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 import tty
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 
 import pytest
 import serial
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firmware_protocol.direct import GetBatteryLevel, KeepAlive
 from firmware_protocol.errors import (
@@ -24,11 +28,11 @@ from firmware_protocol.errors import (
     PermissionDenied,
     RemoteProtocolError,
 )
-from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader
+from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
 from firmware_protocol.system import IOMapRead
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
-from nxtdrive.transports.nxt_server import NxtServerTransport
+from nxtdrive.transports.nxt_server import NxtServerTransport, split_replies
 from nxtdrive.transports.sockets import SocketTransport
 
 PATIENCE_S = 10.0
@@ -146,6 +150,46 @@ def connected():
         yield SocketTransport("tcp://peer", ours), theirs
 
 
+def test_a_piece_of_a_telegram_waits_for_its_rest(connected):
+    transport, peer = connected
+    for byte in frame(TELEGRAM):
+        assert transport.receive(0.0) is None
+        peer.sendall(bytes((byte,)))
+        assert transport.waiting()
+    assert transport.receive(0.0) == TELEGRAM
+    assert not transport.waiting()
+
+
+@pytest.mark.parametrize("use", [lambda each: each.receive(0.0), lambda each: each.waiting(), lambda each: each.send(b"\0")])
+def test_a_connection_that_another_thread_closes_is_lost(connected, use):
+    transport, _ = connected
+    transport._connection.close()  # between the check of the transport and its use
+    with pytest.raises(LinkLost):
+        use(transport)
+
+
+def test_closing_ends_the_wait_of_another_thread(connected, mocker):
+    transport, _ = connected
+    begun = threading.Event()
+    mocker.patch.object(transport, "_read", side_effect=lambda timeout_s: begun.set() or read(timeout_s))
+    read = transport._connection.read
+    with ThreadPoolExecutor(1) as other:
+        receiving = other.submit(transport.receive, PATIENCE_S)
+        assert begun.wait(PATIENCE_S)
+        transport.close()
+        with pytest.raises(LinkLost):
+            receiving.result(PATIENCE_S / 2)
+
+
+def test_a_peer_that_sends_invalid_data_without_end_is_not_read_without_end(connected):
+    transport, _ = connected
+    seconds = count()
+    transport.now = seconds.__next__
+    transport._connection.read = lambda timeout_s: b"\xff" if next(seconds) < 1000 else pytest.fail("no end")
+    with pytest.raises(RemoteProtocolError):
+        transport.receive(0.0)
+
+
 def test_a_telegram_of_which_only_a_part_was_taken_is_followed_by_no_other(connected):
     transport, peer = connected
     transport._connection._socket = choking = Choking(transport._connection._socket, 150)
@@ -201,6 +245,12 @@ def test_a_port_may_be_left_out(mocker, address, place):
     with pytest.raises(BrickNotFound):
         open_transport(address)
     assert connect.call_args.args == (place,)
+
+
+@pytest.mark.parametrize("place", ["serial://COM5", "bt://00:16:53:0A:1B:2C", "tcp://host", "nxt-server://host"])
+def test_an_address_has_no_options(place):
+    with pytest.raises(AddressError, match="unknown option 'speed'"):
+        open_transport(f"{place}?speed=3")
 
 
 @pytest.mark.parametrize("address", ["tcp://host:0", "tcp://host:70000", "tcp://host:x", "tcp://host:²"])
@@ -346,22 +396,18 @@ def test_a_reply_that_was_not_requested_does_not_end_the_wait_for_another():
     assert transport.receive(PATIENCE_S) == BATTERY
 
 
-def test_the_kind_of_a_link_may_come_in_pieces():
-    with socket.create_server(("127.0.0.1", 0)) as server, ThreadPoolExecutor(1) as other:
+@pytest.mark.parametrize(("kind", "longest"), [(b"usb", 64), (b"bluetooth", BLUETOOTH_TELEGRAM_LIMIT)])
+def test_the_kind_of_a_link_may_come_in_pieces(mocker, kind, longest):
+    mocker.patch("nxtdrive.transports.nxt_server.connect")
+    mocker.patch("nxtdrive.transports.nxt_server.Connection", return_value=Arriving(*(bytes((each,)) for each in kind)))
+    assert open_transport("nxt-server://host").max_telegram == longest
 
-        def serve():
-            with server.accept()[0] as connection:
-                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                connection.recv(1)
-                for byte in b"bluetooth":
-                    connection.sendall(bytes((byte,)))
-                connection.recv(1)
 
-        served = other.submit(serve)
-        transport = open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=PATIENCE_S)
-        assert transport.max_telegram == BLUETOOTH_TELEGRAM_LIMIT
-        transport.close()
-        served.result()
+@given(st.lists(st.sampled_from([BATTERY, b"\x02\x0e\x00\x01"])), st.binary(max_size=70))
+def test_no_bytes_of_an_nxt_server_are_lost_or_break_it(whole, noise):
+    replies, rest = split_replies(b"".join(whole) + noise)
+    assert b"".join(replies) + rest == b"".join(whole) + noise
+    assert replies[: len(whole) - 1] == whole[:-1]
 
 
 def test_a_server_with_another_client_does_not_answer():

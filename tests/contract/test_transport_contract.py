@@ -7,7 +7,7 @@ from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunS
 from firmware_protocol.errors import LinkLost, LinkTimeout, RemoteProtocolError
 from firmware_protocol.system import GetDeviceInfo
 from nxtdrive.brick import Brick
-from nxtdrive.transports import reopen_transport
+from nxtdrive.transports import reopen_transport, usb_port
 
 BATTERY = GetBatteryLevel().encode()
 PATIENCE_S = 2.0
@@ -54,6 +54,19 @@ def test_silence_is_none_and_not_an_error(rig):
     assert transport.receive(0) is None
     transport.send(BATTERY)
     assert transport.receive(PATIENCE_S) is not None
+
+
+def test_a_reply_that_waits_is_told_until_it_is_received(rig, monkeypatch):
+    monkeypatch.setattr(usb_port, "LOOK_EVERY_S", 0.0)
+    transport = rig.open()
+    assert not transport.waiting()
+    transport.send(BATTERY)
+    deadline = transport.now() + PATIENCE_S
+    while not transport.waiting() and transport.now() < deadline:
+        transport.sleep(0.001)
+    assert transport.waiting()
+    assert GetBatteryLevel.decode_reply(transport.receive(0.0)).voltage_mv > 1000
+    assert not transport.waiting()
 
 
 def test_time_passes_by_sleeping_and_by_waiting_and_never_goes_back(rig):

@@ -233,6 +233,23 @@ def test_what_cannot_be_sent_to_a_lost_link_fails_at_once(away):
     assert room.simulation.now_ms == begin_ms
 
 
+def test_a_second_loss_is_noticed_too_by_an_idle_program(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000), (10_000, FOR_EVER_MS))))
+    room.brick.link.reconnecting = True
+    room.brick.sleep(8)
+    assert room.brick.link.state is LinkState.OPEN
+    room.brick.sleep(4.5)
+    assert room.brick.link.lost
+
+
+def test_without_reconnection_a_motion_on_a_lost_link_fails_at_once(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, FOR_EVER_MS),)))
+    room.simulation.advance(1500)
+    with pytest.raises(LinkLost):
+        room.brick.motor("A").run_angle(300, 90)
+    assert room.simulation.now_ms < 2000
+
+
 def test_leaving_does_not_wait_for_a_brick_that_is_away(away):
     room = away(FOR_EVER_MS)
     room.brick.link.mark_driven(OutputPort.A)
