@@ -25,8 +25,8 @@ def build(name: str, words: Iterable[str] = ()) -> Command[Any]:
     bytes are hex digits, or text after ``text:``. A field that counts the bytes of the last one may be left out.
 
     Raises:
-        LocalProtocolError: There is no such command or field, a field is missing, or a value does not fit; the message
-            lists what is valid.
+        LocalProtocolError: There is no such command or field, a field is missing or given twice, or a value does not
+            fit; the message lists what is valid.
     """
     command = command_named(name)
     wires = command.layout.wires
@@ -35,6 +35,8 @@ def build(name: str, words: Iterable[str] = ()) -> Command[Any]:
         field, equals, text = word.partition("=")
         if not equals or field not in wires:
             raise LocalProtocolError(_unknown(command, word, field if equals else ""), remedy=usage(command))
+        if field in values:
+            raise LocalProtocolError(f"{command.__name__}.{field} is given twice.", remedy=usage(command))
         values[field] = _value(command, field, wires[field], text)
     tail = command.layout.tail
     for field in COUNTING_FIELDS:
@@ -102,4 +104,4 @@ def _named(wire: Number, text: str) -> Any:  # noqa: ANN401 - the enum's member
                 number |= int(name, 0)
             except ValueError:
                 raise ValueError(f"{part!r} is neither a number nor one of {', '.join(choices(wire))}") from None
-    return wire.members[number]
+    return wire.members[wire.to_wire(number)]

@@ -366,8 +366,10 @@ class SetProperty(Command[Ack]):
 
     @classmethod
     def volume(cls, level: int) -> Self:
-        """Set the loudness, 0..4; the firmware clamps larger values."""
-        return cls(Property.VOLUME, level.to_bytes(1, "little"))
+        """Set the loudness, 0..255; the firmware clamps it to 4. Raises LocalProtocolError for any other value."""
+        if not (isinstance(level, int) and 0 <= level <= 0xFF):
+            raise LocalProtocolError(f"level must be a whole number from 0 to 255, not {level!r}.")
+        return cls(Property.VOLUME, bytes((level,)))
 
 
 @reply

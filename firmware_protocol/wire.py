@@ -168,9 +168,10 @@ class Tail:
 
 
 def _at_most(limit: int, value: bytes) -> bytes:
-    if not isinstance(value, bytes | bytearray | memoryview) or len(value) > limit:
-        raise ValueError(f"must be at most {limit} bytes, not {value!r}")
-    return bytes(value)
+    data = bytes(value) if isinstance(value, bytes | bytearray | memoryview) else None
+    if data is None or len(data) > limit:
+        raise ValueError(f"must be at most {limit} bytes, not {repr(value) if data is None else len(data)}")
+    return data
 
 
 WireType = Scalar | Number | Text | Block | Tail

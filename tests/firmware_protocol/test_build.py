@@ -58,6 +58,11 @@ def test_words_become_commands(line, command):
         ("GetVersions x=1", "GetVersions takes no fields"),
         ("PlayTone frequency_hz=fast duration_ms=1", "PlayTone.frequency_hz: 'fast' is not a whole number"),
         ("PlayTone frequency_hz=70000 duration_ms=1", "from 0 to 65535, not 70000"),
+        ("GetOutputState port=A port=B", r"GetOutputState\.port is given twice"),
+        (
+            "SetOutputState port=A power=0 mode=-1 regulation=0 turn_ratio=0 run_state=0 tacho_limit=0",
+            "SetOutputState.mode: must be a whole number from 0 to 255, not -1",
+        ),
         ("OpenRead name=abcdefghijklmnopqrst", "text of at most 19 characters"),
         ("LSWrite port=IN_1 rx_length=1 data=xyz", "LSWrite.data: .*hexadecimal"),
     ],

@@ -173,6 +173,18 @@ def test_lengths_are_counted_for_the_user():
     assert SetProperty.volume(3).encode() == bytes.fromhex("00 1f 01 03")
 
 
+@pytest.mark.parametrize("level", [-1, 256, "3", 1.5])
+def test_a_volume_that_is_no_byte_is_refused(level):
+    with pytest.raises(LocalProtocolError, match="level must be a whole number from 0 to 255"):
+        SetProperty.volume(level)
+
+
+@pytest.mark.parametrize("data", [bytes(40), bytearray(40), memoryview(bytes(40)), memoryview(bytes(40)).cast("I")])
+def test_too_many_bytes_are_counted_and_not_shown(data):
+    with pytest.raises(LocalProtocolError, match=r"LSWrite\.data must be at most 16 bytes, not 40\."):
+        LSWrite(InputPort.IN_1, 16, 0, data).encode()
+
+
 def test_an_unknown_number_survives_as_an_unnamed_member():
     state = GetOutputState.decode_reply(bytes.fromhex("020600") + bytes.fromhex("00 00 00 09 00 77") + bytes(16))
 
