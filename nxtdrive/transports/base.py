@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-from firmware_protocol.errors import LinkLost
+from firmware_protocol.errors import LinkLost, RemoteProtocolError
 
 SURPLUS_LIMIT = 64
 """Maximum number of telegrams discarded at once; a peer that sends more never stops."""
@@ -79,9 +79,16 @@ def closed(address: str) -> LinkLost:
 
 
 def drain(transport: Transport) -> int:
-    """Discard the telegrams that have arrived, and return how many there were."""
+    """Discard what has arrived, and return the number of telegrams; data that is not telegrams counts as one.
+
+    Raises:
+        LinkError: The link is closed or lost.
+    """
     discarded = 0
-    while discarded < SURPLUS_LIMIT and transport.receive(0.0) is not None:
+    try:
+        while discarded < SURPLUS_LIMIT and transport.receive(0.0) is not None:
+            discarded += 1
+    except RemoteProtocolError:  # the transport has dropped the rest
         discarded += 1
     return discarded
 

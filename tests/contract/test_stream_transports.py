@@ -30,6 +30,7 @@ from firmware_protocol.errors import (
 )
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
 from firmware_protocol.system import IOMapRead
+from nxtdrive.link.link import Link
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
 from nxtdrive.transports.nxt_server import NxtServerTransport, split_replies
@@ -160,7 +161,9 @@ def test_a_piece_of_a_telegram_waits_for_its_rest(connected):
     assert not transport.waiting()
 
 
-@pytest.mark.parametrize("use", [lambda each: each.receive(0.0), lambda each: each.waiting(), lambda each: each.send(b"\0")])
+@pytest.mark.parametrize(
+    "use", [lambda each: each.receive(0.0), lambda each: each.waiting(), lambda each: each.send(b"\0")]
+)
 def test_a_connection_that_another_thread_closes_is_lost(connected, use):
     transport, _ = connected
     transport._connection.close()  # between the check of the transport and its use
@@ -179,6 +182,20 @@ def test_closing_ends_the_wait_of_another_thread(connected, mocker):
         transport.close()
         with pytest.raises(LinkLost):
             receiving.result(PATIENCE_S / 2)
+
+
+def test_a_command_is_sent_although_invalid_data_arrived_before_it(connected):
+    """The command may be one that stops a motor."""
+    transport, peer = connected
+    peer.settimeout(PATIENCE_S)
+    link = Link(transport, timeout_s=PATIENCE_S)
+    peer.sendall(b"\xff\xff\xff")
+    with ThreadPoolExecutor(1) as other:
+        answering = other.submit(lambda: peer.recv(100) and peer.sendall(frame(BATTERY)))
+        assert link.request(GetBatteryLevel()).voltage_mv == 8000
+        answering.result()
+    assert link.surplus_telegrams == 1
+    link.close()
 
 
 def test_a_peer_that_sends_invalid_data_without_end_is_not_read_without_end(connected):
