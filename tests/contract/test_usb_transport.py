@@ -5,6 +5,7 @@ import sys
 
 import pytest
 import usb.backend.libusb1
+import usb.core
 
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.errors import (
@@ -13,6 +14,7 @@ from firmware_protocol.errors import (
     LinkBusy,
     LinkError,
     LinkLost,
+    LinkTimeout,
     LocalProtocolError,
     PermissionDenied,
 )
@@ -34,6 +36,13 @@ def test_the_brick_is_found_by_its_id_or_as_the_only_one(usb_bus, address):
     transport = open_usb(usb_bus(), address)
     assert transport.address == "usb://001653010203"
     transport.close()
+
+
+def test_an_id_may_be_written_in_lower_case(usb_bus):
+    for reported, wanted in (("0016530A1B2C", "0016530a1b2c"), ("0016530a1b2c", "0016530A1B2C")):
+        transport = open_usb(usb_bus(serial_number=reported), f"usb://{wanted}")
+        assert transport.address == "usb://0016530A1B2C"
+        transport.close()
 
 
 def test_another_id_is_not_found_and_the_message_lists_what_is_there(usb_bus):
@@ -140,6 +149,33 @@ def test_a_way_to_the_brick_that_stays_halted_is_a_lost_link(usb_bus):
     bus.stays_halted = True
     bus.failures["bulk_write"] = errno.EPIPE
     with pytest.raises(LinkLost):
+        transport.send(BATTERY)
+    transport.close()
+
+
+@pytest.mark.parametrize("number", [errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO])
+@pytest.mark.parametrize("operation", ["bulk_read", "bulk_write"])
+def test_a_cable_that_is_pulled_out_is_a_lost_link(usb_bus, operation, number):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    bus.failures[operation] = number
+    with pytest.raises(LinkLost, match="unplugged"):
+        transport.send(BATTERY) if operation == "bulk_write" else transport.receive(0.1)
+    transport.close()
+
+
+@pytest.mark.parametrize(
+    ("write", "says"),
+    [
+        ({"return_value": len(BATTERY) - 1}, "took only part of a telegram"),
+        ({"side_effect": usb.core.USBTimeoutError("Operation timed out", -7, errno.ETIMEDOUT)}, "accepts no more"),
+    ],
+)
+def test_a_telegram_that_the_brick_does_not_take_is_a_timeout(usb_bus, mocker, write, says):
+    bus = usb_bus()
+    transport = open_usb(bus)
+    mocker.patch.object(bus, "bulk_write", **write)
+    with pytest.raises(LinkTimeout, match=says):
         transport.send(BATTERY)
     transport.close()
 

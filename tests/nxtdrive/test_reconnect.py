@@ -59,6 +59,33 @@ def test_pauses_double_up_to_the_longest():
     assert pauses[-1] == pytest.approx(LONGEST_PAUSE_S)
 
 
+def test_each_loss_begins_with_the_shortest_pause_and_no_failure():
+    core, now = LinkCore(), 0.0
+    core.set_reconnecting(True, now)
+    for _ in range(2):
+        core.lose(LinkLost("gone."), now)
+        assert core.last_failure == ""
+        assert core.attempt_due == now + FIRST_PAUSE_S
+        for pauses in (2, 4):
+            now = core.attempt_due
+            assert core.begin_attempt(now)
+            core.attempt_failed(BrickNotFound("not yet."), now)
+            assert core.last_failure == "not yet."
+            assert core.attempt_due == now + pauses * FIRST_PAUSE_S
+        assert core.begin_attempt(core.attempt_due)
+        core.reopened("usb://")
+
+
+def test_an_attempt_that_fails_is_the_last_if_the_link_is_not_to_reconnect_any_more():
+    core = LinkCore()
+    core.set_reconnecting(True, 0.0)
+    core.lose(LinkLost("gone."), 0.0)
+    core.begin_attempt(1.0)
+    core.set_reconnecting(False, 1.0)
+    core.attempt_failed(BrickNotFound("not yet."), 1.0)
+    assert math.isinf(core.attempt_due)
+
+
 def test_only_one_thread_attempts_and_the_link_is_open_again_afterwards():
     core = LinkCore()
     core.set_reconnecting(True, 0.0)
@@ -89,6 +116,16 @@ def test_without_the_wish_to_reconnect_there_is_nothing_to_attempt():
     assert (core.due, core.interrupted) == (float("inf"), False)
     assert not core.begin_attempt(10.0)
     assert core.begin_attempt(), "the program itself may try"
+
+
+def test_motions_are_stepped_while_the_link_is_lost():
+    """In their next step they end."""
+    core = LinkCore()
+    core.steps_due = 1.0
+    core.lose(LinkLost("gone."), 0.0)
+    assert core.due == 1.0
+    core.set_reconnecting(True, 0.0)
+    assert core.due == FIRST_PAUSE_S
 
 
 def test_a_closed_link_stays_closed():
