@@ -31,6 +31,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from firmware_protocol.status import Status
 
+SHOWN_BYTES = 128
+"""Most bytes that a message shows: as many as the brick buffers of a telegram (docs/firmware.md section 2)."""
+
 
 class NXTError(Exception):
     """Root of all errors of this project.
@@ -92,7 +95,10 @@ class RemoteProtocolError(ProtocolError):
     """
 
     def __init__(self, message: str, telegram: bytes = b"", *, remedy: str = "") -> None:
-        super().__init__(f"{message} (received: {telegram.hex(' ') or 'nothing'})", remedy=remedy)
+        received = telegram[:SHOWN_BYTES].hex(" ") or "nothing"
+        if len(telegram) > SHOWN_BYTES:
+            received += f" and {len(telegram) - SHOWN_BYTES} bytes more"
+        super().__init__(f"{message} (received: {received})", remedy=remedy)
         self.telegram = telegram
 
 

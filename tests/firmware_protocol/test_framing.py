@@ -52,6 +52,16 @@ def test_an_impossible_length_is_refused_and_forgotten(length):
     assert reader.next() == b"\x02\x01\x00"
 
 
+def test_the_message_about_a_stream_of_other_data_stays_short():
+    reader = FrameReader()
+    reader.feed(b"\xff" * 4096)
+
+    with pytest.raises(RemoteProtocolError, match=r"\(received: ff( ff){127} and 3968 bytes more\)") as caught:
+        reader.next()
+
+    assert len(caught.value.telegram) == 4096
+
+
 @given(st.binary(max_size=300))
 def test_no_bytes_break_the_reader(noise):
     reader = FrameReader()
