@@ -1,5 +1,6 @@
 """The link: order of requests, round-trip times, and reconnection."""
 
+import math
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -13,6 +14,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.link.link import Link
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.link.threads import Threads
+from nxtdrive.link.timers import Timers
 from nxtdrive.motion.outputs import coasting
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import LinkFaults, Simulation
@@ -377,3 +379,63 @@ def test_by_default_a_loss_is_an_error(lab):
 def test_coming_back_is_chosen_when_the_brick_is_opened():
     with open_brick("sim://open", reconnect=True) as brick:
         assert brick.link.reconnecting
+
+
+# --- timers ---
+
+
+def test_a_timed_telegram_does_not_wait_for_the_reply_to_a_request(lab, mocker):
+    brick = lab(faults=LinkFaults(silent_ms=((0, FOR_EVER_MS),))).brick
+    link, times = brick.link, []
+    brake = coasting(OutputPort.A)
+    send = type(link.transport).send
+
+    def note(transport, telegram):
+        if telegram == brake.encode(want_reply=False):
+            times.append(transport.now())
+        send(transport, telegram)
+
+    mocker.patch.object(type(link.transport), "send", note)
+    link.use(link.transport)
+    begin = brick.now()
+    link.send_at("A", brake, begin + 0.3)
+    with pytest.raises(LinkTimeout):
+        brick.request(KeepAlive(), timeout_s=1.0)
+    assert times == [pytest.approx(begin + 0.3, abs=0.005)]
+
+
+def test_a_timer_is_due_once_in_each_interval_until_its_end():
+    timers = Timers()
+    timers.repeat("renew", b"r", 1.0, 0.0, until=3.0)
+    assert [timers.take(now) for now in (0.9, 1.0, 1.9, 2.5, 3.0, 9.0)] == [[], [b"r"], [], [b"r"], [], []]
+    assert timers.due == math.inf
+
+
+def test_a_timer_that_is_noticed_after_its_end_sends_nothing():
+    """A computer that slept does not renew a lease."""
+    timers = Timers()
+    timers.repeat("renew", b"r", 1.0, 0.0, until=3.0)
+    assert not timers.punctual
+    assert timers.take(3.1) == []
+    assert timers.due == math.inf
+
+
+def test_a_telegram_at_a_set_time_is_sent_once():
+    timers = Timers()
+    timers.once("brake", b"b", 2.0)
+    assert (timers.due, timers.punctual) == (2.0, True)
+    assert [timers.take(now) for now in (1.9, 2.0, 2.1)] == [[], [b"b"], []]
+    assert (timers.due, timers.punctual) == (math.inf, False)
+
+
+def test_a_timer_replaces_the_one_of_its_name_and_others_stay():
+    timers = Timers()
+    timers.once("A", b"a", 1.0)
+    timers.repeat("B", b"b", 2.0, 0.0)
+    timers.once("A", b"A", 3.0)
+    assert (timers.due, timers.take(3.0)) == (2.0, [b"A", b"b"])
+    timers.cancel("B")
+    assert timers.due == math.inf
+    timers.once("A", b"a", 4.0)
+    timers.clear()
+    assert (timers.due, timers.punctual, timers.take(4.0)) == (math.inf, False, [])

@@ -308,6 +308,29 @@ def test_a_program_may_reconnect_by_itself(lab):
     assert room.brick.battery_v
 
 
+def test_a_program_that_reconnects_by_itself_gets_no_error_about_the_loss_afterwards(away):
+    room = away(3000)
+    room.brick.link.mark_driven(OutputPort.A)
+    room.brick.sleep(2.5)
+    assert room.brick.link.lost
+    room.simulation.advance(1000)
+    room.brick.link.reconnect()
+    assert room.brick.battery_v
+
+
+def test_what_was_to_be_sent_over_a_lost_link_is_not_sent_over_the_next(away, mocker):
+    room = away(3000)
+    link = room.brick.link
+    link.send_at("A", PlayTone(440, 100), 8.0)
+    room.brick.sleep(5)
+    assert link.state is LinkState.OPEN
+    send = mocker.patch.object(link, "_send", wraps=link._send)
+    room.brick.sleep(5)
+    sent = [call.args[0] for call in send.call_args_list]
+    assert KeepAlive().encode(want_reply=False) in sent
+    assert PlayTone(440, 100).encode(want_reply=False) not in sent
+
+
 # --- races between the program, its other threads and the link's own ---
 
 
