@@ -155,7 +155,7 @@ class AdaptiveProfile:
         """Return the target that can be reached soonest, or the first that has not just been left."""
         others = [target for target in targets if target != self._queue.target] or list(targets)
         known = CandidateGenerator(self.world, self._parameters).others(others, self._perception.now())
-        soonest = min(known, key=lambda each: each.travel_s / each.chance, default=None)
+        soonest = min(known, key=lambda each: each.travel_s / each.chance if each.chance else math.inf, default=None)
         return soonest.target if soonest else others[0]
 
     def evidence(self, basis: Evidence) -> Evidence:

@@ -17,6 +17,7 @@ from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.adaptive.perception import TUNING as PERCEPTION
 from behaviors.adaptive.perception import blocker_without_echo
+from behaviors.adaptive.target_memory import TargetEstimate
 from behaviors.adaptive.wait_rescan import TUNING as WAIT
 from behaviors.adaptive.wait_rescan import WaitSkill
 from behaviors.adaptive.world_model import WorldModel
@@ -295,3 +296,9 @@ def test_a_person_who_comes_into_the_only_door_is_waited_for():
     told = list(evidence_lines(evidence_from(waits[0].target, evidence)))
     assert any("beyond it a place to look from" in line for line in told)
     assert trace.ending == "achieved"
+
+
+def test_a_target_that_was_seen_a_day_ago_may_still_be_the_next(bench):
+    world, seen = bench.world, bench.queue.names[1]
+    world.targets.known[seen] = TargetEstimate((900.0, 0.0), -86_400.0, 900.0, Pose(0.0, 0.0, 0.0))
+    assert bench.queue.first_of(bench.queue.names) == seen
