@@ -161,7 +161,7 @@ def test_what_the_evaluation_says_in_short_is_in_its_tables():
     text = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
     summary = " ".join(text.split("**In short**")[1].split("\n\n")[0].split())
     easy = text.split("### The easy suite")[1].split("\n###")[0]
-    share = {agent: 100 * float(rate) for agent, rate in re.findall(r"^\| (\w+) \| (0\.\d+) \[", easy, re.MULTILINE)}
+    share = {agent: 100 * float(rate) for agent, rate in re.findall(r"^\| (\w+) \| ([01]\.\d+) \[", easy, re.MULTILINE)}
     hard = text.split("### The hard suite")[1].split("### With rendered frames")[0]
     by_class = re.findall(r"^\| (?:`\w+`|adaptive) \| ([01]\.\d+) \[", hard, re.MULTILINE)
     assert f"[adaptive profile](adaptive.md) reaches {share['adaptive']:.1f} %" in summary
