@@ -232,6 +232,11 @@ def checked_choice(select: Callable[..., object], evidence: Evidence, targets: C
     return choice
 
 
+def per_success_s(seconds: float, chance: float) -> float:
+    """Return the expected seconds for one success with unlimited attempts; infinity without a chance."""
+    return seconds / chance if chance > 0 else math.inf
+
+
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """A candidate for a choice.
@@ -254,10 +259,10 @@ class Candidate:
 
     @property
     def expected_s(self) -> float:
-        """Expected seconds for one success with unlimited attempts; infinity without a chance."""
+        """Expected seconds for one success; infinity without a chance."""
         if self.otherwise_s is not None:
             return self.seconds + self.chance * self.then_s + (1.0 - self.chance) * self.otherwise_s
-        return self.seconds / self.chance + self.then_s if self.chance > 0 else math.inf
+        return per_success_s(self.seconds, self.chance) + self.then_s
 
     def record(self) -> dict[str, float | None]:
         """Return its numbers as plain values; infinity, which JSON lacks, becomes None."""

@@ -10,7 +10,7 @@ from behaviors.adaptive.chances import Chances, shipped
 from behaviors.adaptive.dwell_time import best_wait_s, cost_s, hypotheses
 from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
-from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice, per_success_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class AdaptivePolicy:
             return 0.0
         best = max(each.chance for each in (place, *evidence.viewpoints))
         chance, _ = self.chances.of(MOVE_TO, evidence, place.chance, best)
-        return place.seconds / chance if chance > 0 else math.inf
+        return per_success_s(place.seconds, chance)
 
     def _others(self, evidence: Evidence) -> Iterator[Candidate]:
         for each in evidence.others:

@@ -20,7 +20,17 @@ from behaviors.evidence import Evidence, Viewpoint
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Point
-from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy, checked_choice
+from behaviors.recoveries import (
+    CHANGE_TARGET,
+    DETOUR,
+    MOVE_TO,
+    RESCAN,
+    WAIT,
+    Choice,
+    RecoveryPolicy,
+    checked_choice,
+    per_success_s,
+)
 from behaviors.return_types import checked
 from behaviors.skills import Skill, SkillContext
 from behaviors.target_queue import TargetQueue
@@ -155,7 +165,7 @@ class AdaptiveProfile:
         """Return the target that can be reached soonest, or the first that has not just been left."""
         others = [target for target in targets if target != self._queue.target] or list(targets)
         known = CandidateGenerator(self.world, self._parameters).others(others, self._perception.now())
-        soonest = min(known, key=lambda each: each.travel_s / each.chance if each.chance else math.inf, default=None)
+        soonest = min(known, key=lambda each: per_success_s(each.travel_s, each.chance), default=None)
         return soonest.target if soonest else others[0]
 
     def evidence(self, basis: Evidence) -> Evidence:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sim_backend.link import NO_FAULTS, LinkFaults
+from sim_backend.world.sensing import VIEW_RANGE_MM
 
 TIME_LIMIT_S = 300.0
 """A mission's usual time limit; a class may have another one, the same for all profiles."""
@@ -49,6 +50,11 @@ class ViewConditions:
     mistake_rate: float = 0.0
     mistake_rates: tuple[float, ...] = ()
     losses: tuple[CameraLoss, ...] = ()
+
+    @property
+    def range_mm(self) -> float:
+        """Largest distance at which a print can be recognised."""
+        return min(VIEW_RANGE_MM, self.farthest_mm)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from random import Random
 
 from sim_backend.plane import Point
-from sim_backend.scenarios.room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
+from sim_backend.scenarios.room_builder import AT_WALL_DEG, AT_WALL_MM, LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
 
 CORRIDOR_MM = (1000.0, 1300.0)
 ROOM_WIDTH_MM, ROOM_DEPTH_MM = (2000.0, 3000.0), (2000.0, 3000.0)
@@ -131,10 +131,10 @@ def furnish(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
     hung = rooms[: len(builder.targets)]
     for target, room in zip(builder.targets, hung, strict=True):
         while True:  # a thin wall may be all that is between two targets
-            at, inward = room.place_at_wall(builder, builder.between(60.0, 150.0), 400.0)
+            at, inward = room.place_at_wall(builder, builder.between(*AT_WALL_MM), 400.0)
             if builder.is_apart(at, FLAT_TARGETS_APART_MM):
                 break
-        builder.add_picture(target, at, inward + builder.between(-20.0, 20.0))
+        builder.add_picture(target, at, inward + builder.between(-AT_WALL_DEG, AT_WALL_DEG))
     for number, room in enumerate(flat.rooms):
         for piece in range(builder.random.randint(*pieces)):
             _add_furniture(builder, room, f"{number}.{piece}")

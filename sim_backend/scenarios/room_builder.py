@@ -34,6 +34,8 @@ TARGETS_APART_MM = 1200.0
 """Smallest distance between two targets near walls."""
 START_MARGIN_MM = 300.0
 """Smallest distance from the middle of the robot to the room's walls at the start."""
+AT_WALL_MM, AT_WALL_DEG = (60.0, 150.0), 20.0
+"""Distances of a print from the wall that it hangs at, and the largest angle between the two."""
 CRUISE_MM_S = 200.0
 """The robot's cruising speed, the same for all profiles."""
 
@@ -84,11 +86,11 @@ class RoomBuilder:
         width, depth = self.size_mm
         return self.between(margin_mm, width - margin_mm), self.between(margin_mm, depth - margin_mm)
 
-    def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = 20.0) -> tuple[Point, float]:
+    def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = AT_WALL_DEG) -> tuple[Point, float]:
         """Draw a point near one of the walls, and a direction into the room, degrees."""
         width, depth = self.size_mm
         inward = self.random.choice((0, 90, 180, 270))
-        out_mm = self.between(60.0, 150.0)
+        out_mm = self.between(*AT_WALL_MM)
         along = self.between(corner_mm, (depth if inward in (0, 180) else width) - corner_mm)
         at = {
             0: (out_mm, along),

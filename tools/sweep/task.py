@@ -19,7 +19,6 @@ from nxtdrive.recording.predictions import Prediction, predictions
 from nxtdrive.signals import Terminated
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
 from .agents import drive, equipped
@@ -94,7 +93,7 @@ def run_episode(scenario: Scenario, agent: str, vision: str) -> tuple[EpisodeTra
         entries=recorder.entries,
         disturbances=[each for each in recorder.disturbances() if each.time_s <= ended_s],
         late_objects=late_objects(scenario.world),
-        view_mm=min(VIEW_RANGE_MM, scenario.conditions.view.farthest_mm),
+        view_mm=scenario.conditions.view.range_mm,
         ending=report.ending,
         duration_s=ended_s,
         error=report.error,

@@ -15,8 +15,9 @@ import numpy as np
 from sim_backend.camera.scene import Viewpoint
 from sim_backend.evaluation import current_floor_plan
 from sim_backend.plane import Point, on_map
+from sim_backend.scenarios.flats import FLAT_TARGETS_APART_MM
 from sim_backend.scenarios.floor_plan import Goal
-from sim_backend.scenarios.room_builder import CLEARANCE_MM, ROBOT_RADIUS_MM
+from sim_backend.scenarios.room_builder import AT_WALL_DEG, AT_WALL_MM, CLEARANCE_MM, ROBOT_RADIUS_MM
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import WorldFile
 
@@ -24,10 +25,8 @@ LOOK_MS = 100
 """How often the camera's view is noted."""
 TRIES = 300
 """Places to try for a target; if none will do, it stays where it is."""
-CORNER_MM, OUT_MM, TILT_DEG = 300.0, (60.0, 150.0), 20.0
-"""Distance from a wall's ends, and from the wall, and the largest angle to it: as in the classes of scenarios."""
-APART_MM = 900.0
-"""Smallest distance from other pictures."""
+CORNER_MM = 300.0
+"""Smallest distance from a wall's ends."""
 OFF_ROBOT_MM = 300.0
 """Smallest distance from the middle of the robot."""
 GAP_MM = 10.0
@@ -83,7 +82,7 @@ class UnseenTargets:
         pose = truth.pose
         others = [(each.x_mm, each.y_mm) for other, each in truth.pictures.items() if other != name]
         near_robot = math.dist(at_mm, (pose.x_mm, pose.y_mm)) < OFF_ROBOT_MM
-        if near_robot or any(math.dist(at_mm, other) < APART_MM for other in others):
+        if near_robot or any(math.dist(at_mm, other) < FLAT_TARGETS_APART_MM for other in others):
             return False
         picture = next(each for each in simulation.world_file.pictures if each.name == name)
         half_mm, facing = picture.size_mm[0] / 2, math.radians(facing_deg)
@@ -119,5 +118,5 @@ def _beside(random: Random, walls: Sequence[tuple[Point, Point, float]]) -> tupl
     (x0, y0), (x1, y1), half_mm = random.choices(walls, lengths)[0]
     along = math.atan2(y1 - y0, x1 - x0)
     ahead = random.uniform(CORNER_MM, math.dist((x0, y0), (x1, y1)) - CORNER_MM)
-    at = on_map((x0, y0), along, ahead, half_mm + random.uniform(*OUT_MM))
-    return at, math.degrees(along) + 90.0 + random.uniform(-TILT_DEG, TILT_DEG)
+    at = on_map((x0, y0), along, ahead, half_mm + random.uniform(*AT_WALL_MM))
+    return at, math.degrees(along) + 90.0 + random.uniform(-AT_WALL_DEG, AT_WALL_DEG)

@@ -30,8 +30,8 @@ from nxtdrive.simulated.robot import GEOMETRIC
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.evaluation import scene, stop_counts
+from sim_backend.scenarios.conditions import ViewConditions
 from sim_backend.simulation import Simulation
-from sim_backend.world.sensing import VIEW_RANGE_MM
 
 from .forks import CAN_FORK, Forks
 from .runner import Workers
@@ -184,8 +184,8 @@ def _note(
 def _view_mm(source: Source) -> float:
     """Return the largest distance at which a target can be recognised."""
     if not isinstance(source, GeneratedMission):
-        return VIEW_RANGE_MM
-    return min(VIEW_RANGE_MM, generate_scenario(source.kind, source.seed).conditions.view.farthest_mm)
+        return ViewConditions().range_mm
+    return generate_scenario(source.kind, source.seed).conditions.view.range_mm
 
 
 @contextmanager
