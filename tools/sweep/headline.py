@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from .mission_result import MissionResult
-from .summary import Estimate, Pair, estimate, estimates, over_missions, over_targets, success_rate
+from .summary import Estimate, Pair, by, estimate, estimates, over_missions, over_targets, success_rate
 
+TOGETHER = "together"
+"""Stands for all classes."""
 REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
 
 
@@ -45,6 +47,24 @@ def headline(results: Sequence[MissionResult]) -> dict[str, Estimate]:
 def beyond(ours: Sequence[MissionResult], theirs: Sequence[MissionResult]) -> dict[str, Estimate]:
     """Estimate by how much each headline figure of one agent exceeds another's on the same scenarios."""
     return {name: difference(ours, theirs, pair) for name, pair in HEADLINE.items()}
+
+
+def against(
+    results: Sequence[MissionResult], earlier: Sequence[MissionResult]
+) -> dict[str, dict[str, dict[str, Estimate]]]:
+    """Estimate by how much each agent's headline figures exceed its own in another sweep on the same scenarios.
+
+    Returns:
+        By agent, then by class, and for all `TOGETHER`; without agents and classes that only one of the sweeps has.
+    """
+    before, found = by(earlier, "agent"), {}
+    for agent, group in by(results, "agent").items():
+        then = by(before.get(agent, []), "kind")
+        parts = {kind: part for kind, part in by(group, "kind").items() if kind in then}
+        if parts:
+            differences = {kind: beyond(part, then[kind]) for kind, part in parts.items()}
+            found[agent] = {**differences, TOGETHER: beyond(group, before[agent])}
+    return found
 
 
 def difference(

@@ -120,16 +120,16 @@ def summary(swept: SweepResult) -> dict[str, Any]:
         "policies": {
             agent: {
                 **aggregate(group, swept.eval_s),
-                "headline": _plain(headline(group)),
+                "headline": plain(headline(group)),
                 "calibration_error": asdict(calibration_error(group)),
                 "calibration_error_of_true_chances": error_of_true_chances(group),
                 "reliability": [asdict(each) for each in reliability(pairs(group))],
-                "classes": {kind: _plain(headline(each)) for kind, each in by(group, "kind").items()},
+                "classes": {kind: plain(headline(each)) for kind, each in by(group, "kind").items()},
             }
             for agent, group in agents.items()
         },
         "paired": {
-            f"{one} - {other}": _plain(beyond(agents[one], agents[other])) for one, other in permutations(agents, 2)
+            f"{one} - {other}": plain(beyond(agents[one], agents[other])) for one, other in permutations(agents, 2)
         },
     }
 
@@ -149,5 +149,6 @@ def write_summary(path: Path, content: dict[str, Any]) -> None:
         ) from error
 
 
-def _plain(figures: dict[str, Estimate]) -> dict[str, Any]:
+def plain(figures: dict[str, Estimate]) -> dict[str, Any]:
+    """Return estimates as plain values for JSON."""
     return {name: asdict(value) for name, value in figures.items()}

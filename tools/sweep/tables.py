@@ -19,7 +19,7 @@ from .agents import ALL_NAMES
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .causes import FITTING, FailureCause
 from .chart_coverage import coverage_words
-from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
+from .headline import HEADLINE, REACHED_BY_S, against, beyond, headline, success_by
 from .mission_result import MissionResult
 from .summary import (
     Estimate,
@@ -152,6 +152,15 @@ def difference_rows(results: Results, reference: str) -> Rows:
     return [[agent, *(interval(value, signed=True) for value in each.values())] for agent, each in more.items()]
 
 
+def against_rows(results: Results, earlier: Results) -> Rows:
+    """Return by how much each agent's headline figures exceed those in another sweep, by class and together."""
+    return [
+        [agent, kind, *(interval(value, signed=True) for value in more.values())]
+        for agent, classes in against(results, earlier).items()
+        for kind, more in classes.items()
+    ]
+
+
 def chance_rows(results: Results) -> Rows:
     """Return the reliability diagram: for each agent and range of chances their mean, and the share that succeeded."""
     rows = []
@@ -213,6 +222,12 @@ def print_tables(results: Results, console: Console) -> None:
     if covered := coverage_words(results):
         console.print(covered, markup=False)
     _print_failures(results, console)
+
+
+def print_against(results: Results, earlier: Results, file: str, console: Console) -> None:
+    """Print by how much the figures exceed those in another sweep's file on the same scenarios."""
+    columns = ["agent", "class", *HEADLINE]
+    _print(console, f"beyond {printable(file)}, paired [95 %]", columns, against_rows(results, earlier), keys=2)
 
 
 def _with_broken(columns: Sequence[str], rows: Rows, results: Results) -> tuple[list[str], Rows]:

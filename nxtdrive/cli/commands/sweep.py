@@ -35,7 +35,8 @@ EXAMPLES = """\
   nxtdrive sweep --suite full --dask tcp://host:8786 --out full.jsonl
   nxtdrive sweep --classes open,clutter --seeds 100-119 --agents thesis,oracle
   nxtdrive sweep --map clutter:100:thesis --out clutter.png
-  nxtdrive sweep --suite full --out full.jsonl --resume --tables --plot full.svg"""
+  nxtdrive sweep --suite full --out full.jsonl --resume --tables --plot full.svg
+  nxtdrive sweep --suite hard --out new.jsonl --against old.jsonl"""
 
 SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     # a profile that never gives up takes the whole time of every mission; the smoke suite should take a minute
@@ -52,6 +53,12 @@ MAX_SEEDS = 100_000
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    _add_mission_arguments(parser)
+    add_worker_arguments(parser, 1, "1")
+    _add_output_arguments(parser)
+
+
+def _add_mission_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         choices=list(SUITES),
@@ -86,7 +93,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="robot file for the missions; the simulated robots stay those of their classes (default: none, not even "
         "$NXT_ROBOT)",
     )
-    add_worker_arguments(parser, 1, "1")
+
+
+def _add_output_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out",
         metavar="FILE",
@@ -99,6 +108,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map", metavar="CLASS:SEED:AGENT", help="draw the map of this one run instead")
     parser.add_argument("--plot", metavar="FILE", type=Path, help="also draw plots; needs the extra nxtdrive[plot]")
     parser.add_argument("--tables", action="store_true", help="print all tables, not only the overview")
+    parser.add_argument(
+        "--against",
+        metavar="FILE",
+        type=Path,
+        help="also print how the figures differ from those in this file of another sweep, paired by mission",
+    )
     add_json_argument(parser)
 
 
@@ -133,6 +148,7 @@ def run(args: argparse.Namespace) -> int:
         args.vision,
         read_robot_file(args.robot),
     )
+    other = _other_sweep(args.against, tasks) if args.against else []
     out = args.out or DEFAULT_OUT
     _check_new(out, resume=args.resume)
     earlier = earlier_versions(summary_path(out))
@@ -144,7 +160,7 @@ def run(args: argparse.Namespace) -> int:
     for name in (each for each, digests in profiles.items() if len(digests) > 1):
         write_error(f"{name} has changed since some of its missions in {out}. For a comparison choose another --out.")
     write_summary(summary_path(out), {**performed, **summary(swept)})
-    _report(swept.results, swept.eval_s, args)
+    _report(swept.results, swept.eval_s, args, other)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
@@ -162,6 +178,26 @@ def _check_new(out: Path, *, resume: bool) -> None:
         if os.path.lexists(path) and not resume:
             resumable = "Continue it with --resume" if out.is_file() else "Remove it"
             raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
+
+
+def _other_sweep(path: Path, tasks: Sequence[Task]) -> list[MissionResult]:
+    """Return the results in another sweep's file, if any mission can be compared with them."""
+    from nxtdrive.tools.sweep.result_file import read_results
+
+    if not path.is_file():
+        raise ConfigError(f"{path} is no file.", remedy="With --against, name the results file of a sweep.")
+    results: list[MissionResult] = read_results(path)
+    missions = [(result.kind, result.seed, result.agent) for result in results]
+    if not {(task.kind, task.seed, task.agent) for task in tasks}.intersection(missions):
+        raise ConfigError(
+            f"{path} has none of these missions.", remedy="Give the --classes, --seeds and --agents of both sweeps."
+        )
+    if len(set(missions)) < len(missions):
+        raise ConfigError(
+            f"{path} has missions several times, seen in different ways or with different robot files.",
+            remedy="Compare with a file that has each once.",
+        )
+    return results
 
 
 def _own_broke(results: Sequence[MissionResult]) -> bool:
@@ -212,21 +248,35 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed
             raise
 
 
-def _report(results: Sequence[MissionResult], eval_s: float, args: argparse.Namespace) -> None:
+def _report(
+    results: Sequence[MissionResult], eval_s: float, args: argparse.Namespace, other: Sequence[MissionResult]
+) -> None:
     if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
-        from nxtdrive.tools.sweep.summary import aggregate, by
+        from nxtdrive.tools.sweep.headline import against
+        from nxtdrive.tools.sweep.summary import aggregate, by, finite
+        from nxtdrive.tools.sweep.summary_file import plain
 
         agents = {agent: aggregate(group, eval_s) for agent, group in by(results, "agent").items()}
         missing, number = never(results)
         chart = {"transitions": number, "never": missing}
-        write_json({"n_episodes": len(results), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)
+        content = {"n_episodes": len(results), "eval_s": eval_s, "policies": agents, "chart": chart}
+        if other:
+            differences = {
+                agent: {kind: plain(more) for kind, more in classes.items()}
+                for agent, classes in against(results, other).items()
+            }
+            content["against"] = {"file": str(args.against), "policies": finite(differences)}
+        write_json(content, indent=2)
         return
-    from nxtdrive.tools.sweep.tables import print_overview, print_tables
+    from nxtdrive.tools.sweep.tables import print_against, print_overview, print_tables
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
     print_them = print_tables if args.tables else print_overview
-    print_them(results, make_console() if sys.stdout.isatty() else make_console(width=180))
+    console = make_console() if sys.stdout.isatty() else make_console(width=180)
+    print_them(results, console)
+    if other:
+        print_against(results, other, str(args.against), console)
     write_line(f"{number_of(len(results), 'mission')}; this run took {eval_s:.0f} s")
     if not args.tables:
         write_line("For all tables add --resume --tables; docs/evaluation.md explains their figures.")
