@@ -7,7 +7,6 @@ differences are averaged. Even futures are one half, odd ones the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,13 +50,3 @@ def regret(costs_s: NDArray[np.float64]) -> Regret:
     ]
     more = costs_s[0] - costs_s[best]
     return Regret(sum(corrected) / 2, float(means[0] - means[best]), best, estimate([(each, 1.0) for each in more]))
-
-
-def mean_regret(regrets_s: Sequence[Sequence[float]]) -> tuple[Estimate, Estimate]:
-    """Return the mean regret, and the share of choices that were nearly the best; whole missions are resampled.
-
-    Args:
-        regrets_s: For each mission those of its decisions.
-    """
-    mean = estimate([(sum(each), len(each)) for each in regrets_s])
-    return mean, estimate([(sum(value <= EQUIVALENT_S for value in each), len(each)) for each in regrets_s])

@@ -19,7 +19,7 @@ from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts, deci
 from nxtdrive.recording.output_file import locked, replace_file
 from nxtdrive.recording.run_folder import WHAT_IF
 
-from .regret import mean_regret, regret
+from .regret import EQUIVALENT_S, regret
 from .runner import Workers
 from .summary import Estimate, estimate
 from .what_if import EpisodeOutcome, Futures, all_costs, run_with_branch
@@ -118,17 +118,23 @@ def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
 
 
 def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
-    """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any.
+    """Return the mean regret and the shares of choices nearly the best and certainly not, with intervals, if any.
 
-    What had no alternative counts for neither.
+    What had no alternative counts for none of them.
     """
-    regrets_s = [[each.regret_s for each in result.decisions if each.has_alternative] for result in results]
-    if not any(regrets_s):
+    decisions = [[each for each in result.decisions if each.has_alternative] for result in results]
+    if not any(decisions):
         return {}
-    figures = zip(("regret_s", "nearly_best"), mean_regret(regrets_s), strict=True)
+    values: dict[str, Callable[[DecisionCosts], float]] = {
+        "regret_s": lambda each: each.regret_s,
+        "nearly_best": lambda each: each.regret_s <= EQUIVALENT_S,
+        "certainly_worse": lambda each: each.beyond_best_s[1] > EQUIVALENT_S,
+    }
+    # decisions of one mission are alike: whole missions are resampled
+    figures = {name: estimate([(sum(map(of, made)), len(made)) for made in decisions]) for name, of in values.items()}
     return {
         name: [round(value, 3) for value in (each.mean, each.low, each.high) if math.isfinite(value)]
-        for name, each in figures
+        for name, each in figures.items()
     }
 
 

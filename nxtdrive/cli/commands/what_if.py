@@ -127,8 +127,12 @@ def run(args: argparse.Namespace) -> int:
         return DONE
     if figures:
         regret = _with_interval(figures["regret_s"], 1, " s")
-        share = _with_interval([100 * each for each in figures["nearly_best"]], 0, " %")
-        write_line(f"{number_of(len(decisions) - alone, 'decision')}: mean regret {regret}; {share} of them {NEARLY}")
+        good, bad = (
+            _with_interval([100 * each for each in figures[name]], 0, " %")
+            for name in ("nearly_best", "certainly_worse")
+        )
+        counted = number_of(len(decisions) - alone, "decision")
+        write_line(f"{counted}: mean regret {regret}; {good} of them {NEARLY}, {bad} certainly not")
     if alone:
         counted = "is not counted" if alone == 1 else "are not counted"
         write_line(f"{number_of(alone, 'choice')} had no alternative and {counted}")

@@ -22,7 +22,7 @@ from nxtdrive.recording.decision_costs import DecisionCosts, decision_costs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
-from nxtdrive.tools.sweep.regret import mean_regret, regret
+from nxtdrive.tools.sweep.regret import regret
 from nxtdrive.tools.sweep.result_file import ResultFile
 from nxtdrive.tools.sweep.what_if import (
     Branch,
@@ -32,8 +32,8 @@ from nxtdrive.tools.sweep.what_if import (
     branch_costs,
     run_with_branch,
 )
-from nxtdrive.tools.sweep.what_if_file import read_missions
-from nxtdrive.tools.sweep.what_if_result import keep
+from nxtdrive.tools.sweep.what_if_file import ExaminedMission, read_missions
+from nxtdrive.tools.sweep.what_if_result import keep, mean_figures
 from nxtdrive.tools.sweep.what_if_source import GeneratedMission, read_recorded
 from sim_backend.simulation import Simulation
 
@@ -63,9 +63,14 @@ def test_the_regret_of_a_choice_that_is_worse_is_what_it_costs_more():
 
 
 def test_figures_over_missions_count_decisions_and_resample_missions():
-    mean, nearly = mean_regret([[0.0, 2.0], [10.0], [], [4.0]])
-    assert (mean.mean, nearly.mean, mean.number) == (4.0, 0.5, 4)
-    assert mean.low < 4.0 < mean.high
+    missions = [
+        ExaminedMission(run="open:100", decisions=[{**DECISION, "regret_s": regret_s} for regret_s in regrets_s])
+        for regrets_s in ([0.0, 2.0], [10.0], [], [4.0])
+    ]
+    figures = mean_figures(missions)
+    mean_s, low_s, high_s = figures["regret_s"]
+    assert (mean_s, figures["nearly_best"][0]) == (4.0, 0.5)
+    assert low_s < 4.0 < high_s
 
 
 def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
@@ -112,13 +117,16 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
         assert "1 decision: mean regret" in capsys.readouterr().out
 
 
-def test_the_command_ends_with_mean_regret_and_the_share_of_good_choices(tmp_path, capsys):
+def test_the_command_ends_with_mean_regret_and_the_shares_of_good_choices_and_of_certainly_bad_ones(tmp_path, capsys):
+    """Of 6 s with an interval from 2 s on it is not certain that they are more than 3 s."""
     out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
-    decisions = [{**DECISION, "regret_s": seconds, "nearly_best": seconds < 3.0} for seconds in (0.0, 0.0, 6.0)]
+    known = [(0.0, 0.0), (0.0, -1.0), (6.0, 2.0), (6.0, 4.0)]
+    decisions = [{**DECISION, "regret_s": mean, "beyond_best_s": [6.0, low, 9.0]} for mean, low in known]
     with ResultFile(out) as file:
         file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
     assert main(["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
-    assert "3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best\n" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "4 decisions: mean regret 3.0 s; 50 % of them within 3 s of the best, 25 % certainly not\n" in said
 
 
 @pytest.mark.parametrize("made", [0, 3])
@@ -135,7 +143,9 @@ def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, cap
     assert told["without_alternative"] == 2
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert ("3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best\n" in said) == bool(made)
+    assert ("3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best, 0 % certainly not\n" in said) == bool(
+        made
+    )
     assert said.endswith("2 choices had no alternative and are not counted\n")
     assert said.count("there was no alternative\n") == 2
     assert said.count("> best") == made
