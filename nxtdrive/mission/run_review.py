@@ -26,7 +26,6 @@ from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from behaviors.mission.robot import CalibrationTable
     from nxtdrive.brick import Brick
     from nxtdrive.vision.detection import Image, TargetDetector
 
@@ -97,15 +96,12 @@ class RunReview:
         if not described.brick_id:  # the brick need not be asked
             return
         with suppress(NXTError):  # a lost link is the mission's concern, not a hint's
-            self._compare(described, brick.info().bluetooth_address)
-
-    def _compare(self, described: CalibrationTable, address: str) -> None:
-        if described.describes_another(address):
-            self._hint(
-                "robot file",
-                f"The robot file describes the brick {described.brick_id}, and this one is {brick_id(address)}. "
-                "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE.",
-            )
+            address = brick.info().bluetooth_address
+            if described.describes_another(address):
+                self._add_hint(
+                    f"The robot file describes the brick {described.brick_id}, and this one is {brick_id(address)}. "
+                    "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE."
+                )
 
     def __call__(self, record: Record) -> None:
         """Learn from a record."""
@@ -322,10 +318,9 @@ class RunReview:
         """Hint at exchanged or reversed motors, unless they were measured or are a simulated robot's usual ones."""
         described = self._mission.robot.model_fields_set & WIRING_KEYS
         if self._mission.calibration.motors is None and (self._truth is None or described):
-            self._hint(
-                "motors",
+            self._add_hint(
                 "The robot saw a target and reached none. If it turned or drove the wrong way, its motors are "
-                "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out.",
+                "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out."
             )
 
     def _lookalikes(self, target: str, truth: Truth) -> list[str]:
@@ -340,8 +335,11 @@ class RunReview:
         return build_detectors(self._mission)
 
     def _hint(self, target: str, text: str) -> None:
-        """Warn once for each target."""
+        """Add a hint about a target that has none yet."""
         if target not in self._reported:
             self._reported.add(target)
-            self.hints.append(text)
-            self._say(text)
+            self._add_hint(text)
+
+    def _add_hint(self, text: str) -> None:
+        self.hints.append(text)
+        self._say(text)

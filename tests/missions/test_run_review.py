@@ -328,3 +328,21 @@ def test_after_a_mission_that_saw_a_target_and_reached_none_the_motors_are_doubt
     review(Record(10.0, RecordKind.LOOK, "search", "lena", {"sighting": sighting, "range_mm": None}))
     review(Record(90.0, RecordKind.END, "finished", "lena", {"ending": "given_up", "targets": {}, "error": ""}))
     assert any("`nxtdrive calibrate motors` finds out" in hint for hint in review.hints) == asked
+
+
+def test_a_target_called_like_another_subject_of_a_hint_keeps_its_own_hint(mission_for):
+    motors = mission_for("lena")
+    motors = motors.model_copy(
+        update={
+            "mission": motors.mission.model_copy(update={"targets": ["motors"]}),
+            "target": {"motors": motors.target["lena"]},
+        }
+    )
+    review = RunReview(motors, None, lambda _: None)
+    review(_unsuccessful("motors"))
+    review(Record(20.0, RecordKind.LOOK, "search", "motors", {"sighting": {}}))
+    review(Record(30.0, RecordKind.END, "finished", "motors", {"ending": "given_up"}))
+    assert [
+        any("Nothing in sight looked like motors" in hint for hint in review.hints),
+        any("`nxtdrive calibrate motors` finds out" in hint for hint in review.hints),
+    ] == [True, True]
