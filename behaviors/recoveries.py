@@ -243,7 +243,7 @@ class Candidate:
 
     Attributes:
         choice: What would be done.
-        seconds: How long that is expected to take.
+        seconds: How long that is expected to take; for a detour, beyond the straight path.
         chance: Probability that it succeeds, 0..1.
         otherwise_s: Expected seconds for one success after it has failed; None for the same again and again.
         then_s: Expected seconds after its success, if that only clears the path for something else.

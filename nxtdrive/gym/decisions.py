@@ -194,7 +194,7 @@ def observed(question: Question | None, left_s: float) -> Observation:
 
 
 def _row(candidate: OperatorChoice) -> NDArray[np.float32]:
-    """Return the kind, the seconds it takes, its chance, and how long it waits."""
+    """Return the kind, the seconds it costs, its chance, and how long it waits."""
     weighed, choice = candidate.weighed, candidate.choice
     kind = [float(name == choice.kind.name) for name in KINDS]
     seconds, chance = (weighed.seconds, weighed.chance) if weighed else (0.0, 0.0)

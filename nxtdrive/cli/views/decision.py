@@ -17,7 +17,8 @@ from firmware_protocol.printable import printable
 from nxtdrive.cli.output import make_table
 from nxtdrive.recording.wording import evidence_lines
 
-ESTIMATES = ("takes", "chance", "per success")
+ESTIMATES = ("costs", "chance", "per success")
+"""Titles of the estimates; a detour costs only what it takes beyond the straight path."""
 NARROW = 50
 """In fewer columns the candidates' words would be cut into pieces beside the estimates."""
 SECONDS_SHOWN = 10_000.0

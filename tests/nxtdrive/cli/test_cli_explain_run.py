@@ -78,7 +78,7 @@ def test_a_narrow_terminal_shows_the_estimates_below_each_candidate(runs, explai
     assert max(map(len, narrow.splitlines())) <= 40
     assert "per success" in wide
     assert "candidate " not in narrow
-    assert re.search(r"takes \d+ s, chance \d+%,", narrow)
+    assert re.search(r"costs \d+ s, chance \d+%,", narrow)
 
 
 @pytest.mark.nightly  # it renders 83 s of frames

@@ -66,7 +66,7 @@ export class Decisions {
     table.createCaption().textContent = "What could be done";
     const head = table.createTHead().insertRow();
     const played = candidates.some(({ cost_s }) => cost_s);
-    const titles = ["candidate", "takes", "chance", "per success", ...(played ? ["what if"] : [])];
+    const titles = ["candidate", "costs", "chance", "per success", ...(played ? ["what if"] : [])];
     for (const title of titles) head.append(element("th", title));
     const body = table.createTBody();
     candidates.forEach((each, index) => {
