@@ -22,7 +22,7 @@ from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture, sighting_of
 from nxtdrive.recording.map.scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
-from nxtdrive.recording.output_file import check_replaceable
+from nxtdrive.recording.output_file import check_replaceable, draft_path
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import state_words
@@ -87,7 +87,7 @@ def write_mcap(run: PastRun, camera: CameraPictures | None, path: Path) -> int:
     logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines_of(run.records)]
     seen = (each for picture in camera.pictures for each in _of_picture(camera, picture)) if camera else ()
     check_replaceable(path)
-    part = path.with_name(f"{path.name}.part")
+    part = draft_path(path, path.suffix)
     count = 0
     try:
         with open(part, "wb") as file:

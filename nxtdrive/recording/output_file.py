@@ -35,6 +35,11 @@ def write_file(path: Path, content: bytes) -> None:
             raise
 
 
+def draft_path(path: Path, suffix: str) -> Path:
+    """Return the path of a new hidden file beside another one, with the given suffix."""
+    return path.with_name(f".draft-{secrets.token_hex(8)}{suffix}")
+
+
 @contextmanager
 def draft(path: Path, content: bytes) -> Iterator[Path]:
     """Write a hidden file beside another one, which may exist, to check it and then replace that one with it.
@@ -49,7 +54,7 @@ def draft(path: Path, content: bytes) -> Iterator[Path]:
     Raises:
         OSError: It cannot be written.
     """
-    beside = path.with_name(f".draft-{secrets.token_hex(8)}{path.suffix}")
+    beside = draft_path(path, path.suffix)
     try:
         write_file(beside, content)
         if path.exists():

@@ -12,7 +12,7 @@ import cv2
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_index import CameraPictures, Picture
-from nxtdrive.recording.output_file import check_replaceable
+from nxtdrive.recording.output_file import check_replaceable, draft_path
 from nxtdrive.vision.camera import frame_number
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.opencv import configure, opencv_name
@@ -38,10 +38,9 @@ class VideoRecorder:
 
     def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:
         self._path = path
-        self._part = Path(f"{path}.mkv")
+        self._part: Path | None = None
         self._fps = fps
         self._writer: cv2.VideoWriter | None = None
-        self._begun = False
         self._slot = 0
         self._shown: Image | None = None
 
@@ -70,7 +69,7 @@ class VideoRecorder:
         Raises:
             OSError: It is damaged, as on a full disk, and removed; OpenCV does not say so earlier.
         """
-        if self._writer is not None:
+        if self._writer is not None and self._part is not None:
             try:
                 self._write(1)
                 self._writer.release()
@@ -86,9 +85,9 @@ class VideoRecorder:
         if self._writer is not None:
             self._writer.release()
             self._writer = None
-        if self._begun:
+        if self._part is not None:
             self._part.unlink(missing_ok=True)
-            self._begun = False
+            self._part = None
 
     def _open(self, image: Image) -> None:
         try:
@@ -98,9 +97,9 @@ class VideoRecorder:
                 f"{self._path}: the video cannot be written ({error.strerror}).", remedy=ELSEWHERE
             ) from None
         configure()
-        opencv_name(self._path, ConfigError)  # the name of its part differs from it only at the end
+        opencv_name(self._path, ConfigError)  # the draft is in the same folder
         height, width = image.shape[:2]
-        self._begun = True  # Ctrl-C may come between the file and the writer
+        self._part = draft_path(self._path, ".mkv")  # Ctrl-C may come between the file and the writer
         self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             self.abandon()  # else `close` would report another error than this one

@@ -105,3 +105,15 @@ def test_a_folder_is_not_replaced(run, capsys, option, name):
     assert main(["export", str(run), option, name]) == USAGE
     assert "cannot be written" in capsys.readouterr().err
     assert os.listdir() == []
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "others"),
+    [("--mcap", "run.mcap", ["run.mcap.part"]), ("--webm", "film.webm", ["film.webm.mkv", "film.mkv"])],
+)
+def test_other_files_of_the_users_stay_as_they_are(run, option, file, others):
+    for other in others:
+        Path(other).write_text("mine")
+    assert main(["export", str(run), option, file]) == DONE
+    assert sorted(os.listdir()) == sorted([file, *others])
+    assert [Path(other).read_text() for other in others] == ["mine"] * len(others)

@@ -226,7 +226,7 @@ def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(tmp_path, smal
     command = [sys.executable, "-m", "nxtdrive", "run", small, "--nxt", "sim://open", "--camera", "geometric"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        while not list(tmp_path.glob("runs/*/camera.webm*")):
+        while not list(tmp_path.glob("runs/*/.draft-*.mkv")):
             assert process.poll() is None
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)

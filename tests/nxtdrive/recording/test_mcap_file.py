@@ -184,4 +184,4 @@ def test_a_file_that_cannot_be_written_is_a_sentence_and_leaves_nothing(run, tmp
     assert "cannot be written" in capsys.readouterr().err
     (tmp_path / "folder").mkdir()
     assert main(["export", str(run), "--mcap", str(tmp_path / "folder")]) == USAGE
-    assert not [path for path in tmp_path.iterdir() if path.suffix == ".part"]
+    assert not list(tmp_path.glob(".draft-*"))
