@@ -55,6 +55,18 @@ def note_simulated(brick: Brick) -> None:
         write_error(text, sender="note: ")
 
 
+def warn_of_room(brick: Brick) -> None:
+    """Warn of a simulated room in which the robot probably cannot succeed, before it tries for minutes."""
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.sim import simulated
+
+    if transport := simulated(brick.link.transport):
+        from nxtdrive.cli.views.room_warnings import room_warnings
+
+        for warning in room_warnings(transport.simulation):
+            write_error(f"warning: {Address.parse(transport.address).target}: {warning}")
+
+
 def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:
     """Make a converter for argparse that refuses anything but a number from `low` to `high`.
 

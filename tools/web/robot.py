@@ -66,6 +66,7 @@ class Robot:
     """One robot with its camera, in a thread of its own.
 
     Attributes:
+        address: The brick's.
         controls: The driver's commands.
         failure: The defect that ended the thread, if one did.
 
@@ -75,15 +76,25 @@ class Robot:
         mission: How the robot is built when it is driven by hand.
         hub: Gets all messages.
         runs: Where the folders of missions go.
+        on_open: Called by the robot's thread when brick and camera are open.
     """
 
-    def __init__(self, address: Address, camera: str | None, mission: Mission, hub: Hub, runs: Path) -> None:
+    def __init__(
+        self,
+        address: Address,
+        camera: str | None,
+        mission: Mission,
+        hub: Hub,
+        runs: Path,
+        on_open: Callable[[Brick], None] = lambda _: None,
+    ) -> None:
         self.controls = Controls(SPEED_MM_S, TURN_DEG_S)
-        self._address = address
+        self.address = address
         self._camera = camera
         self._mission = mission
         self._hub = hub
         self._runs = runs
+        self._on_open = on_open
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
         self._slot = TaskSlot(self.controls)
@@ -245,7 +256,7 @@ class Robot:
     def _work(self) -> None:
         with ExitStack() as stack:
             try:
-                robot = stack.enter_context(open_robot(self._address, self._camera))
+                robot = stack.enter_context(open_robot(self.address, self._camera))
             except NXTError as error:
                 self._opened.put(error)
                 return
@@ -253,6 +264,7 @@ class Robot:
                 robot.watch(self._pictures.frame, self._pictures.fps, self._pictures.needs)
             else:
                 robot.watch(self._pictures.frame, self._pictures.fps)
+            self._on_open(robot.brick)
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():

@@ -9,16 +9,14 @@ from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import mission_brick, number
+from nxtdrive.cli.options import number
 from nxtdrive.cli.output import write_error
-from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
+from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, make_robot, require_page
 from nxtdrive.host.environment import require
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
     from nxtdrive.tools.mcp.assistant import Assistant
-    from nxtdrive.tools.web.robot import Robot
 
 DESCRIPTION = """\
 Let an AI assistant that speaks the Model Context Protocol use the robot: it looks,
@@ -51,30 +49,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until the assistant disconnects; return the exit code."""
     require("mcp", "mcp", what="the assistant's protocol")
-    from nxtdrive.mission.files import read_mission_file, robot_file_of
-    from nxtdrive.recording.run_folder import check_parent
     from nxtdrive.tools.mcp.assistant import Assistant
     from nxtdrive.tools.mcp.mission_status import MissionStatusHub
     from nxtdrive.tools.mcp.server import make_server, serve
-    from nxtdrive.tools.web.missions import Missions
-    from nxtdrive.tools.web.robot import Robot
 
     if args.web:
         require_page()
-    check_parent(args.out)
-    status_hub, address, folder = MissionStatusHub(), in_real_time(mission_brick(args)), missions_folder(args)
-    default_robot = robot_file_of(folder)
-    robot = Robot(
-        address, args.camera, read_mission_file(args.mission, args.robot, default_robot), status_hub, args.out
-    )
-    missions = Missions(folder, args.robot, default_robot, args.mission)
+    status_hub = MissionStatusHub()
+    robot, missions = make_robot(args, status_hub)
     assistant = Assistant(robot, status_hub, missions, args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
         stack.enter_context(closing(robot))  # also where Ctrl-C comes while it is opened
         robot.open()
         if listener is not None:
-            stack.enter_context(_page(robot, assistant, str(address), listener))
+            stack.enter_context(_page(assistant, listener))
         serve(make_server(assistant), robot)
     if robot.failure:
         raise robot.failure
@@ -82,12 +71,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _page(robot: Robot, assistant: Assistant, address: str, listener: socket.socket) -> Iterator[None]:
+def _page(assistant: Assistant, listener: socket.socket) -> Iterator[None]:
     """Serve the robot's page and print its address to standard error; standard output belongs to the protocol."""
     from nxtdrive.tools.web.app import Server, serving
     from nxtdrive.tools.web.runs import Runs
 
-    server = Server(robot, assistant.status_hub, assistant.missions, Runs(assistant.runs), address)
+    robot = assistant.robot
+    server = Server(robot, assistant.status_hub, assistant.missions, Runs(assistant.runs), str(robot.address))
     write_error(f"the page is http://{LOOPBACK}:{listener.getsockname()[1]}/")
     with serving(server, listener):
         yield

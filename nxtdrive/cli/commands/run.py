@@ -18,6 +18,7 @@ from nxtdrive.cli.options import (
     add_profile_argument,
     add_robot_argument,
     mission_brick,
+    warn_of_room,
 )
 from nxtdrive.cli.output import make_console, print_line, write_error
 from nxtdrive.cli.pace import in_real_time
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.observers import Observers
     from behaviors.profiles.profile import MakeProfile
-    from nxtdrive.brick import Brick
     from nxtdrive.mission.assembly import MissionRun
     from nxtdrive.recording.recording import Recording
     from nxtdrive.recording.status_line import StatusLine
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         page = _page(args, mission, stack) if args.web else None
         robot = stack.enter_context(open_robot(in_real_time(address) if page else address, args.camera))
-        _warn_of_room(robot.brick)
+        warn_of_room(robot.brick)
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         say_hint = _say_nothing if args.json else _say_hint
         if page:
@@ -178,18 +178,6 @@ def _mission(args: argparse.Namespace) -> Mission:
     for warning in warnings(mission):
         write_error(f"warning: {warning}")
     return mission
-
-
-def _warn_of_room(brick: Brick) -> None:
-    """Warn of a simulated room in which the robot probably cannot succeed, before it tries for minutes."""
-    from nxtdrive.transports.address import Address
-    from nxtdrive.transports.sim import simulated
-
-    if transport := simulated(brick.link.transport):
-        from nxtdrive.cli.views.room_warnings import room_warnings
-
-        for warning in room_warnings(transport.simulation):
-            write_error(f"warning: {Address.parse(transport.address).target}: {warning}")
 
 
 def _console(style: str) -> Callable[[Record], None]:

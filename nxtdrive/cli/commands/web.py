@@ -13,10 +13,15 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS, mission_brick
+from nxtdrive.cli.options import DEFAULT_ADDRESS
 from nxtdrive.cli.output import print_line
-from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
+from nxtdrive.cli.page_options import (
+    add_port_argument,
+    add_server_arguments,
+    make_robot,
+    missions_folder,
+    require_page,
+)
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
@@ -62,10 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; return the exit code."""
     require_page()
-    from nxtdrive.recording.run_folder import check_parent
     from nxtdrive.tools.web.access import Pin
 
-    check_parent(args.out)
     serve = _serve_classroom if args.classroom else _serve_robot
     busy = serve(args, Pin() if args.lan else None)
     print_line(f"ended; no answer from {', '.join(busy)}, whose brick stops its motors itself" if busy else ENDED)
@@ -78,15 +81,11 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.calibration import Calibrations
     from nxtdrive.tools.web.hub import Hub
-    from nxtdrive.tools.web.missions import Missions
-    from nxtdrive.tools.web.robot import Robot
     from nxtdrive.tools.web.runs import Runs
 
-    address = in_real_time(mission_brick(args))
-    folder = missions_folder(args)
-    default_robot = robot_file_of(folder)
-    hub, missions = Hub(), Missions(folder, args.robot, default_robot, args.mission)
-    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, default_robot), hub, args.out)
+    hub = Hub()
+    robot, missions = make_robot(args, hub)
+    robot_file = args.robot or robot_file_of(missions.folder) or missions.folder / ROBOT_FILE
 
     def use(file: Path) -> None:
         missions.use(file)
@@ -97,8 +96,9 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        calibrations = Calibrations(hub, args.robot or default_robot or folder / ROBOT_FILE, use)
-        server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
+        server = Server(
+            robot, hub, missions, Runs(args.out), str(robot.address), pin, Calibrations(hub, robot_file, use)
+        )
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
@@ -112,10 +112,12 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> list[str]:
         ConfigError: The classroom's file has mistakes.
     """
     from nxtdrive.mission.files import read_mission_file
+    from nxtdrive.recording.run_folder import check_parent
     from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_classroom
     from nxtdrive.tools.web.classroom.classroom import Classroom
     from nxtdrive.tools.web.classroom.config import read_classroom, simulated_classroom
 
+    check_parent(args.out)
     if args.camera or args.nxt != (os.environ.get("NXT") or DEFAULT_ADDRESS):
         raise ConfigError(
             "--nxt, --camera and --trace are for one robot.",

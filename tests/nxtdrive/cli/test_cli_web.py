@@ -110,6 +110,22 @@ def test_the_end_says_whether_the_robot_has_been_closed(hangs, monkeypatch, caps
     assert capsys.readouterr().out.endswith(f"ended; {end}\n")
 
 
+def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_at_the_start(tmp_path, monkeypatch, capsys):
+    world = tmp_path / "odd.toml"
+    world.write_text("[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n", encoding="utf-8")
+    ended, show = threading.Event(), Hub.show
+
+    def interrupt(hub, kind, values):
+        show(hub, kind, values)
+        if kind == "state" and not ended.is_set():
+            ended.set()
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Hub, "show", interrupt)
+    assert main(["web", "--port", "0", "--nxt", f"sim://{world}?pace=fast", "--camera", "geometric"]) == 0
+    assert capsys.readouterr().err.startswith(f"nxtdrive: warning: {world}: floor.size_mm: the room is tiny")
+
+
 @pytest.mark.parametrize(("mission", "proposed"), [("cat.toml", "cat.toml"), ("other/cat.toml", ""), (None, "")])
 def test_the_mission_is_proposed_if_it_is_in_the_folder(mission, proposed, tmp_path):
     (tmp_path / "other").mkdir()
