@@ -147,6 +147,18 @@ def writing(path: Path, remedy: str = CHOOSE) -> Iterator[None]:
         raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from error
 
 
+def write_output(path: Path, content: bytes, remedy: str = CHOOSE) -> None:
+    """Write a file.
+
+    Raises:
+        ConfigError: It cannot be written, as on a full disk; an incomplete file is removed.
+    """
+    from nxtdrive.recording.output_file import write_file
+
+    with writing(path, remedy):
+        write_file(path, content)
+
+
 def check_not_read(out: Path, *inputs: str | Path, option: str = "--out") -> None:
     """Refuse a file to write that is one of those to read.
 

@@ -11,7 +11,7 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from firmware_protocol.errors import ConfigError
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from nxtdrive.cli.safe_console import SafeConsole
+    from nxtdrive.mission.checking import Findings
 
 CONTINUED = "\n  "
 """Begins a further line of an error message, such as the next mistake in a file."""
@@ -80,12 +81,19 @@ def write_error(message: object, *, sender: str = "nxtdrive: ") -> None:
         print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
 
 
-def report_file(file: str, mistakes: list[str]) -> None:
-    """Print that a file is valid, or its mistakes, to standard error."""
-    if mistakes:
-        write_error(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
-    else:
-        write_line(f"{file}: good")
+def report_findings(findings: Mapping[str, Findings], *, as_json: bool) -> None:
+    """Print for each file that it is valid, or its mistakes, which go to standard error, and its warnings."""
+    if as_json:
+        plain = {file: {"mistakes": each.mistakes, "warnings": each.warnings} for file, each in findings.items()}
+        write_json([{"file": file, **values} for file, values in plain.items()], indent=2)
+        return
+    for file, found in findings.items():
+        if found.mistakes:
+            write_error(CONTINUED.join([f"{file}: {counted(found.mistakes)}", *found.mistakes]), sender="")
+        else:
+            write_line(f"{file}: good")
+        for warning in found.warnings:
+            write_line(f"  warning: {warning}")
 
 
 def print_line(text: str) -> None:

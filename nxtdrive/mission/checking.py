@@ -37,7 +37,7 @@ RIM = 1.15
 
 @dataclass(slots=True)
 class Findings:
-    """Results of checking a mission file.
+    """Results of checking a mission or a world.
 
     Attributes:
         mistakes: Why it cannot run.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, writing
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, write_output, writing
 from nxtdrive.cli.output import make_console, make_table, print_line, write_error, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
@@ -208,12 +208,10 @@ def _read_line(prompt: str) -> str:
 
 
 def _write_sheet(path: Path) -> int:
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.calibrate.sheet import sheet_bytes
 
     content = sheet_bytes(path.suffix)
-    with writing(path):
-        write_file(path, content)
+    write_output(path, content)
     write_line(f"{path}: print it at 100 %; the line below the markers must be 100 mm long.")
     return DONE
 

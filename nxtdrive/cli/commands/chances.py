@@ -13,7 +13,7 @@ from behaviors.profile_names import ADAPTIVE
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import output_file, writing
+from nxtdrive.cli.options import output_file, write_output
 from nxtdrive.cli.output import make_console, make_table, write_error, write_line
 
 if TYPE_CHECKING:
@@ -51,7 +51,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Count the choices and return the exit code."""
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.recording.predictions import counts, summed
     from nxtdrive.recording.run_folder import JOURNAL
 
@@ -86,8 +85,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show_counts(numbers)
     if args.out is not None:
-        with writing(args.out, "Choose another file with --out."):
-            write_file(args.out, _text(sources, numbers).encode())
+        write_output(args.out, _text(sources, numbers).encode(), "Choose another file with --out.")
         total, name = sum(map(sum, numbers.values())), toml_string(args.out.name)
         write_line(f"{args.out}: {total} choices; use them with chances = {name} in [adaptive]")
     return DONE

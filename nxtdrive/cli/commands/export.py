@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import check_not_read, number, writing
+from nxtdrive.cli.options import check_not_read, number, write_output, writing
 from nxtdrive.cli.output import write_content, write_error, write_line
 from nxtdrive.cli.progress import with_progress
 
@@ -102,7 +102,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_html(past: PastRun, pictures: CameraPictures | None, fps: float | None, path: Path) -> str:
     """Write the replay; return what there is to say of it."""
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.web.replay_page import replay_page, thinned
 
     folder = past.path.resolve().parent
@@ -111,8 +110,7 @@ def _write_html(past: PastRun, pictures: CameraPictures | None, fps: float | Non
         count = len(pictures.pictures)
         pictures = thinned(pictures, fps or _fitting_fps(pictures))
         said = f"{len(pictures.pictures)} of {count} pictures"
-    with writing(path):
-        write_file(path, replay_page(folder.name, past, pictures).encode())
+    write_output(path, replay_page(folder.name, past, pictures).encode())
     return said
 
 
@@ -132,10 +130,8 @@ def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> s
 
 def _write_csv(past: PastRun, path: Path) -> str:
     from nxtdrive.recording.journal_csv import journal_csv
-    from nxtdrive.recording.output_file import write_file
 
-    with writing(path):
-        write_file(path, journal_csv(past.records).encode(errors="replace"))
+    write_output(path, journal_csv(past.records).encode(errors="replace"))
     return number_of(len(past.records), "row")
 
 

@@ -23,7 +23,7 @@ from nxtdrive.cli.options import (
     note_simulated,
     on_brick,
     output_file,
-    writing,
+    write_output,
 )
 from nxtdrive.cli.output import make_console, write_error, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
@@ -85,12 +85,10 @@ def _get(args: argparse.Namespace, brick: Brick) -> None:
     target: Path = args.to or Path(args.name)
     if os.path.isdir(target):
         target = target / args.name
-    from nxtdrive.recording.output_file import write_file
 
     with _progress(args.name) as progress:
         content = brick.files.read(args.name, progress)
-    with writing(target, "Choose another file with --to."):
-        write_file(target, content)
+    write_output(target, content, "Choose another file with --to.")
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 

@@ -21,9 +21,9 @@ from nxtdrive.cli.options import (
     marker_id,
     new_file,
     target_height_mm,
-    writing,
+    write_output,
 )
-from nxtdrive.cli.output import report_file, write_json, write_line, write_text
+from nxtdrive.cli.output import report_findings, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -110,14 +110,7 @@ def _check(args: argparse.Namespace) -> int:
     from nxtdrive.mission.checking import check_mission
 
     found = {str(path): check_mission(path, args.robot) for path in args.files}
-    if args.json:
-        results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
-        write_json(results, indent=2)
-    else:
-        for file, each in found.items():
-            report_file(file, each.mistakes)
-            for warning in each.warnings:
-                write_line(f"  warning: {warning}")
+    report_findings(found, as_json=args.json)
     return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
@@ -184,7 +177,6 @@ def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.templates.target import RED_BOX
     from nxtdrive.cli.templates.world import world_text
     from nxtdrive.mission.files import own_room
-    from nxtdrive.recording.output_file import write_file
 
     target = _new_target(args)
     mission = args.file or Path("my-mission.toml" if target is RED_BOX else f"{target.name}.toml")
@@ -201,8 +193,7 @@ def _new(args: argparse.Namespace) -> int:
             raise ConfigError(f"{path} exists already.", remedy=f"{other}, or --force to overwrite it.")
     hint = _better_detector(target, text, world)
     for path, content in contents.items():
-        with writing(path):
-            write_file(path, content)
+        write_output(path, content)
     run = f"nxtdrive run {shlex.quote(str(mission))}"
     write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name!r} in it. Try it there:")
     write_line(f"  {run}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, output_file, writing
+from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, output_file, write_output
 from nxtdrive.cli.output import write_line
 from nxtdrive.signals import held
 from sim_backend.firmware.versions import FIRMWARES
@@ -54,7 +54,6 @@ def record(args: argparse.Namespace) -> int:
         ConfigError: The script has a mistake, or the recording cannot be written.
         NXTError: The brick cannot be opened or is lost; what was recorded until then is written.
     """
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.conformance.recorder import Anonymizer, TransportPeer, ask_identity, record_conversation, stop
     from nxtdrive.tools.conformance.script import read_script
     from nxtdrive.transports import open_transport
@@ -80,8 +79,7 @@ def record(args: argparse.Namespace) -> int:
                 if transport is not None:
                     stop(transport)
                 if records:
-                    with writing(out):
-                        write_file(out, "".join(json.dumps(each) + "\n" for each in records).encode())
+                    write_output(out, "".join(json.dumps(each) + "\n" for each in records).encode())
     firmware = records[0]["firmware"]
     write_line(f"{out}: {len(records)} steps with firmware {firmware}")
     if firmware not in FIRMWARES:

@@ -12,7 +12,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_json_argument, output_file, writing
+from nxtdrive.cli.options import add_json_argument, output_file, write_output
 from nxtdrive.cli.output import make_console, write_error, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
@@ -285,7 +285,6 @@ def _report(
 def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.mission.files import read_robot_file
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.sweep.task import Task, run_episode, scenario_of
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
@@ -300,8 +299,8 @@ def _draw_map(args: argparse.Namespace) -> int:
     out = args.out or Path(f"{kind}-{seed}-{agent}.png".replace(":", "-"))  # Windows has no colons in names
     task = Task(0, kind, number, agent, args.vision, read_robot_file(args.robot))
     trace, _ = run_episode(scenario_of(task), agent, args.vision)
-    with writing(out, "With --out, name a PNG in an existing folder with free space."):
-        write_file(out, encoded(draw_true_map(trace, f"{kind}, seed {seed}, agent {agent}"), out))
+    picture = encoded(draw_true_map(trace, f"{kind}, seed {seed}, agent {agent}"), out)
+    write_output(out, picture, "With --out, name a PNG in an existing folder with free space.")
     write_line(out)
     return DONE
 

@@ -6,11 +6,15 @@ import argparse
 import os
 import shlex
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, check_not_read, new_file, writing
-from nxtdrive.cli.output import CONTINUED, report_file, write_json, write_line, write_text
+from nxtdrive.cli.options import add_action, add_json_argument, check_not_read, new_file, write_output
+from nxtdrive.cli.output import CONTINUED, report_findings, write_line, write_text
+
+if TYPE_CHECKING:
+    from nxtdrive.mission.checking import Findings
 
 DESCRIPTION = """\
 Name the simulated rooms that sim:// opens, check your own, draw one with all its
@@ -52,20 +56,14 @@ def _list(_args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> int:
     found = {file: _examined(file) for file in args.files}
-    if args.json:
-        plain = [{"file": file, "mistakes": wrong, "warnings": odd} for file, (wrong, odd) in found.items()]
-        write_json(plain, indent=2)
-    else:
-        for file, (mistakes, warnings) in found.items():
-            report_file(file, mistakes)
-            for warning in warnings:
-                write_line(f"  warning: {warning}")
-    return USAGE if any(mistakes for mistakes, _ in found.values()) else DONE
+    report_findings(found, as_json=args.json)
+    return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
-def _examined(file: str) -> tuple[list[str], list[str]]:
-    """Return what is wrong with a world, image files included, and what is probably not intended."""
+def _examined(file: str) -> Findings:
+    """Check a world, image files included."""
     from nxtdrive.cli.views.room_warnings import room_warnings
+    from nxtdrive.mission.checking import Findings
     from sim_backend.simulation import Simulation
     from sim_backend.world.loading import load_world
 
@@ -74,15 +72,14 @@ def _examined(file: str) -> tuple[list[str], list[str]]:
         simulation.webcam.frame()
     except ConfigError as error:
         head, *rest = str(error).split(CONTINUED)
-        return rest or [head], []
-    return [], list(room_warnings(simulation))
+        return Findings(mistakes=rest or [head])
+    return Findings(warnings=list(room_warnings(simulation)))
 
 
 def _show(args: argparse.Namespace) -> int:
     from nxtdrive.cli.views.room_picture import draw
     from nxtdrive.cli.views.room_sketch import sketch
     from nxtdrive.drawing.sheet import encoded
-    from nxtdrive.recording.output_file import write_file
     from sim_backend.world.loading import image_files, load_world
 
     world = load_world(args.file)
@@ -90,14 +87,12 @@ def _show(args: argparse.Namespace) -> int:
         write_text(sketch(world))
         return DONE
     check_not_read(args.out, *image_files(world))
-    with writing(args.out):
-        write_file(args.out, encoded(draw(world), args.out))
+    write_output(args.out, encoded(draw(world), args.out))
     write_line(args.out)
     return DONE
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.recording.output_file import write_file
     from nxtdrive.transports.address import Address
     from sim_backend.bundled import WORLDS
 
@@ -105,8 +100,7 @@ def _new(args: argparse.Namespace) -> int:
         raise ConfigError(f"{args.file} is the name of a bundled world.", remedy=f"Write {args.file}.toml.")
     if os.path.lexists(args.file) and not args.force:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name, or --force to overwrite it.")
-    with writing(args.file):
-        write_file(args.file, (WORLDS / f"{TEMPLATE}.toml").read_bytes())
+    write_output(args.file, (WORLDS / f"{TEMPLATE}.toml").read_bytes())
     write_line(f"Wrote {args.file}, a room with lena and rilakkuma. Draw it, change it, check it, and run in it:")
     file = shlex.quote(str(args.file))
     write_line(f"  nxtdrive world show {file}")
