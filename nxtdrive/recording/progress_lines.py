@@ -9,7 +9,7 @@ from typing import Any
 from behaviors.events import Event, Reason
 from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import choice_from
-from nxtdrive.recording.wording import outage_words, reason_words, spaced
+from nxtdrive.recording.wording import bearing_words, outage_words, reason_words, spaced
 
 BACK: dict[object, str] = {
     Event.LINK_BACK: "the brick answers again",
@@ -115,8 +115,5 @@ def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
 def _where(sighting: Mapping[str, float] | None) -> str:
     if sighting is None:
         return ""
-    bearing_deg = sighting["bearing_deg"]
-    side = "right" if bearing_deg > 0 else "left"
-    aside = f"{abs(bearing_deg):.0f}° to the {side}" if abs(bearing_deg) >= 1 else "straight ahead"
     at_most = "at most " if sighting.get("bound") else ""
-    return f" {at_most}{sighting['distance_mm'] / 1000:.1f} m away, {aside}"
+    return f" {at_most}{sighting['distance_mm'] / 1000:.1f} m away, {bearing_words(sighting['bearing_deg'])}"

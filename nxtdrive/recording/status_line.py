@@ -19,16 +19,15 @@ REDRAWS_PER_S = 8
 
 
 class StatusLine:
-    """Shows the latest values; prints nothing when standard error is not a terminal.
+    """Shows the latest values; prints nothing on what is not a terminal.
 
     It sends no requests to the robot, so a run is the same with and without it.
 
     Args:
-        console: The terminal; standard error by default.
+        console: The terminal.
     """
 
-    def __init__(self, console: Console | None = None) -> None:
-        console = console or Console(stderr=True)
+    def __init__(self, console: Console) -> None:
         self._battery = ""
         self._sighting = "-"
         self._why = self._outage = ""

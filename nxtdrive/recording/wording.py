@@ -112,6 +112,12 @@ def spaced(name: str) -> str:
     return name.replace("_", " ")
 
 
+def bearing_words(bearing_deg: float) -> str:
+    """Return a direction, positive right: "12° to the right", or "straight ahead" within a degree."""
+    side = "right" if bearing_deg > 0 else "left"
+    return f"{abs(bearing_deg):.0f}° to the {side}" if abs(bearing_deg) >= 1 else "straight ahead"
+
+
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
     """Yield what was known, one sentence per line, with its numbers."""
     seen = "has been recognised" if evidence.seen_since_search else "has not been recognised"
@@ -148,9 +154,8 @@ def _blocker_words(blocker: Blocker) -> str:
     seen = "hides the target" if blocker.hides else "the target can be seen past it"
     moves = "moves" if blocker.moving else "does not move"
     known = f"known for {blocker.age_s:.0f} s" if blocker.age_s else "new"
-    aside_deg, side = round(abs(blocker.bearing_deg)), "right" if blocker.bearing_deg > 0 else "left"
-    where = f"{aside_deg} degrees to the {side}" if aside_deg else "ahead"
-    return f"in the way, {blocker.range_mm:.0f} mm {where}: {known}, {moves}, {seen}"
+    away = f"{blocker.range_mm:.0f} mm away, {bearing_words(blocker.bearing_deg)}"
+    return f"in the way, {away}: {known}, {moves}, {seen}"
 
 
 def _detour_words(evidence: Evidence) -> str:

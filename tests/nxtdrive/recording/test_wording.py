@@ -44,8 +44,8 @@ def test_a_reason_that_the_evidence_says_more_precisely_is_not_reported_twice():
 @pytest.mark.parametrize(
     ("bearing_deg", "unknown_mm", "where", "around"),
     [
-        (0.0, 0.0, "300 mm ahead", "takes 4 s longer"),
-        (-85.4, 640.0, "300 mm 85 degrees to the left", "takes 4 s longer and crosses 600 mm of unknown floor"),
+        (0.0, 0.0, "300 mm away, straight ahead", "takes 4 s longer"),
+        (-85.4, 640.0, "300 mm away, 85° to the left", "takes 4 s longer and crosses 600 mm of unknown floor"),
     ],
 )
 def test_a_blocker_and_the_path_around_it_are_described(bearing_deg, unknown_mm, where, around):
