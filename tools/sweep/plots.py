@@ -12,7 +12,6 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.host.environment import require
-from nxtdrive.recording.output_file import write_file
 from sim_backend.scenarios.conditions import TIME_LIMIT_S
 
 from .mission_result import MissionResult
@@ -50,17 +49,13 @@ def check_plotting(path: Path) -> None:
         )
 
 
-def write_plot(results: Sequence[MissionResult], path: Path) -> None:
-    """Draw success over mission time and success by class.
+def plot_bytes(results: Sequence[MissionResult], suffix: str) -> bytes:
+    """Return the image file with success over mission time and success by class.
 
     Args:
         results: The sweep's results.
-        path: The image file; its extension selects the format (png, svg, pdf).
-
-    Raises:
-        ConfigError: matplotlib is not installed, or does not support the format; or the file cannot be written.
+        suffix: ``.png``, ``.svg`` or ``.pdf``, as `check_plotting` accepts it.
     """
-    check_plotting(path)
     from matplotlib.figure import Figure
 
     height = max(MIN_INCHES, 1.6 + ROW_INCHES * len(by(results, "kind")))
@@ -71,12 +66,8 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
     _plot_by_class(by_class, results)
     figure.legend(*over_time.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     content = io.BytesIO()
-    figure.savefig(content, format=path.suffix[1:].lower())
-    try:
-        write_file(path, content.getvalue())
-    except OSError as error:
-        remedy = "Choose another file with --plot."
-        raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from None
+    figure.savefig(content, format=suffix[1:].lower())
+    return content.getvalue()
 
 
 def title(results: Sequence[MissionResult]) -> str:

@@ -162,9 +162,9 @@ def run(args: argparse.Namespace) -> int:
     write_summary(summary_path(out), {**performed, **summary(swept)})
     _report(swept.results, swept.eval_s, args, other)
     if args.plot:
-        from nxtdrive.tools.sweep.plots import write_plot
+        from nxtdrive.tools.sweep.plots import plot_bytes
 
-        write_plot(swept.results, args.plot)
+        write_output(args.plot, plot_bytes(swept.results, args.plot.suffix), "Choose another file with --plot.")
     return USAGE if _own_broke(swept.results) else DONE
 
 
