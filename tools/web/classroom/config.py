@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import count, islice
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -172,16 +172,15 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
             remedy="Choose the mission on the page; docs/classroom.md describes the file of a classroom.",
         )
     file, problems = check(ClassroomFile, tables)
-    if file is None:
-        listed = tables.get("robot")
-        robots = [check(RobotTable, each)[0] for each in (listed if isinstance(listed, list) else ())]
-        raise mistakes(path, [*map(_sentence, problems), *_wrong_robots([each for each in robots if each])])
+    found = [*map(_sentence, problems), *(_wrong_number(file) if file else ())]
+    file = file or _valid_part(tables)
     table, folder = file.classroom, path.parent
     missions = folder / table.missions if table.missions else missions
     runs = folder / table.runs if table.runs else runs
     world = _world(folder, table.world)
     file = file.model_copy(update={"robot": [_with_world(folder, robot) for robot in file.robot]})
-    if found := list(_mistakes(file, world, Missions(missions))):
+    found += _mistakes(file, world, Missions(missions))
+    if found:
         raise mistakes(path, found)
     return _config(file, world, missions, runs)
 
@@ -238,13 +237,29 @@ def _free_names(taken: Iterable[str]) -> Iterator[str]:
     return (name for number in count(1) if (name := f"Robot {number}").casefold() not in known)
 
 
-def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[str]:
-    """Yield what is wrong with values that are valid by themselves."""
+def _valid_part(tables: Mapping[str, Any]) -> ClassroomFile:
+    """Return a file with only the valid tables.
+
+    Without that of the classroom the folder of the missions is not known, so no robot has one.
+    """
+    classroom, _ = check(ClassroomTable, tables.get("classroom", {}))
+    listed = tables.get("robot")
+    robots = [robot for each in (listed if isinstance(listed, list) else ()) if (robot := check(RobotTable, each)[0])]
+    if classroom is None:
+        robots = [robot.model_copy(update={"mission": None}) for robot in robots]
+    return ClassroomFile(classroom=classroom or ClassroomTable(), robot=robots)
+
+
+def _wrong_number(file: ClassroomFile) -> Iterator[str]:
     number = len(file.robot) + file.classroom.simulated
     if not number:
         yield "there are no robots; set classroom.simulated = 12, or describe each in a table [[robot]]"
     elif number > MAX_ROBOTS:
         yield f"there are {number} robots; a classroom has at most {MAX_ROBOTS}"
+
+
+def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[str]:
+    """Yield what is wrong with values that are valid by themselves."""
     yield from _wrong_robots(file.robot)
     if os.path.isdir(missions.folder):
         yield from _wrong_missions(file.robot, missions)

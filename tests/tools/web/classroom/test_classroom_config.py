@@ -101,6 +101,28 @@ def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
         assert part in str(raised.value)
 
 
+def test_a_value_of_the_wrong_form_hides_no_other_mistake(tmp_path):
+    text = """
+    [classroom]
+    world = "nowhere"
+    [[robot]]
+    name = "Ada"
+    mission = "nosuch.toml"
+    [[robot]]
+    name = 3
+    """
+    with pytest.raises(ConfigError) as raised:
+        _read(tmp_path, text)
+    for part in ("3 mistakes", "robot[1].name", "nosuch.toml", "nowhere"):
+        assert part in str(raised.value)
+
+
+def test_after_a_table_of_the_wrong_form_no_mission_is_looked_for_in_another_folder(tmp_path):
+    with pytest.raises(ConfigError) as raised:
+        _read(tmp_path, '[classroom]\nmissions = 3\n[[robot]]\nname = "Ada"\nmission = "there.toml"\n')
+    assert "1 mistake:\n  classroom.missions" in str(raised.value)
+
+
 def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong(tmp_path):
     text = '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolor = "red"'
     with pytest.raises(ConfigError) as raised:
