@@ -31,6 +31,8 @@ MAX_MM, MAX_DEG = 1000.0, 360.0
 """Longest drive, unless `Assistant` has another limit, and largest turn of one call."""
 NEXT_S = 1.0
 """How long to wait for a new picture or state of the robot."""
+BEGIN_S = 10.0
+"""`start_mission` waits this long for the mission to begin: its detectors are made first."""
 END_S = 5.0
 """`stop` waits this long for the motion or mission to end; the robot stands still long before."""
 POLL_S = 0.02
@@ -101,7 +103,7 @@ class Assistant:
         return values | _rounded(asdict(motion.reading)) | {"lacking": self.robot.lacking}
 
     def start_mission(self, name: str, profile: str, *, decide: bool, end_count: int) -> None:
-        """Start a mission, and wait up to `NEXT_S` until `status` describes it and not the one before.
+        """Start a mission, and wait up to `BEGIN_S` until `status` describes it and not the one before.
 
         Args:
             name: One of `missions`; empty for the built-in one.
@@ -110,7 +112,7 @@ class Assistant:
             end_count: The robot's when it was asked for; see `TaskSlot`.
         """
         mission = self.missions.load(name, profile or None)
-        begun, until_s = self.status_hub.begun, time.monotonic() + NEXT_S
+        begun, until_s = self.status_hub.begun, time.monotonic() + BEGIN_S
         self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), end_count=end_count)
         while self.status_hub.begun == begun and self.robot.busy and time.monotonic() < until_s:
             time.sleep(POLL_S)

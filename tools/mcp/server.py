@@ -99,7 +99,7 @@ class Tools:
     async def mission_run(
         self, mission: str = "", profile: str = "", decide: Annotated[bool, Strict()] = False
     ) -> dict[str, Any]:
-        """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""
+        """Start a mission; return once it has begun. With `decide`, each recovery waits for your `mission_choose`."""
         assistant = self._assistant
         # files are read in a thread, as `stop` must not wait for them
         start = partial(assistant.start_mission, mission, profile, decide=decide, end_count=assistant.robot.end_count)

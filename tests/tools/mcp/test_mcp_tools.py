@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from base64 import b64decode
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
@@ -342,6 +343,22 @@ def test_stop_needs_no_thread_that_other_calls_have_taken(quick):
             assert (await call("stop"))["stopped"]
 
     _converse(quick, talk)
+
+
+@pytest.mark.slow
+def test_the_start_of_a_mission_whose_detectors_take_long_describes_that_mission(slow, monkeypatch):
+    assemble = ShownMission.assemble
+
+    def assemble_late(*args: Any) -> Any:
+        threading.Event().wait(1.5)
+        return assemble(*args)
+
+    monkeypatch.setattr(ShownMission, "assemble", assemble_late)
+
+    async def talk(call: Call) -> None:
+        assert (await call("mission_run"))["mission"]["run"].endswith("-001")
+
+    _converse(slow, talk)
 
 
 def test_the_start_of_a_mission_does_not_return_the_result_of_the_one_before(slow):
