@@ -24,7 +24,7 @@ def parse_object(text: str) -> dict[str, Any]:
     except RecursionError:
         value = None
     if not isinstance(value, dict):
-        raise ValueError("not a JSON object")  # noqa: TRY004 - as for what is no JSON
+        raise ValueError("not a JSON object")  # noqa: TRY004 - as for text that is not JSON
     if any(is_too_large(each) or (isinstance(each, float) and not math.isfinite(each)) for each in leaves(value)):
         raise ValueError("a number is not finite or needs more than 64 bits")
     return value

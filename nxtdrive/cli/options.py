@@ -183,7 +183,7 @@ def check_writable(path: Path, remedy: str = CHOOSE) -> None:
 
 
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
-    """Add ``--nxt ADDRESS`` and ``--trace FILE``; `nxtdrive.cli.main` handles the latter."""
+    """Add ``--nxt ADDRESS`` and ``--trace FILE``, which `nxtdrive.cli.main` handles."""
     parser.add_argument(
         "--nxt",
         metavar="ADDRESS",

@@ -17,7 +17,7 @@ SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
 
 
 def default_camera(brick: Brick) -> str:
-    """Return the camera of a robot for which none was named: the simulated one's own, else the first webcam."""
+    """Return the default camera of a robot: the simulated robot's own, else the first webcam."""
     return SIMULATED if simulated_webcam(brick) is not None else FIRST_WEBCAM
 
 

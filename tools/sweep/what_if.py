@@ -119,7 +119,7 @@ def run_with_branch(
     *,
     redraw_unseen: bool = False,
 ) -> EpisodeOutcome:
-    """Run a mission in the simulator from its start to its end, with another choice at one decision if wished.
+    """Run a mission in the simulator from its start to its end, optionally with another choice at one decision.
 
     Args:
         source: The mission.

@@ -202,7 +202,7 @@ def read_message(text: str | bytes) -> Message:
     """Read a client's message.
 
     Raises:
-        ValueError: It is none; the text says why.
+        ValueError: It is not such a message; the text says why.
     """
     return read(_ADAPTER, text)
 
@@ -211,7 +211,7 @@ def read(adapter: TypeAdapter[M], text: str | bytes) -> M:
     """Read a message of the types that an adapter accepts.
 
     Raises:
-        ValueError: It is none; the text says why.
+        ValueError: It is not such a message; the text says why.
     """
     try:
         return adapter.validate_json(text)
