@@ -8,10 +8,9 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
-from itertools import count
 from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -120,7 +119,6 @@ class Server:
     address: str
     pin: Pin | None = None
     calibrations: Calibrations | None = None
-    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def __post_init__(self) -> None:
         self._arbiter = DriverArbiter(
@@ -179,7 +177,6 @@ class Server:
         await serve_page(
             page,
             self.hub,
-            f"page {next(self._numbers)}",
             hello=self._hello,
             handle=lambda client, text: self._handle(client, read_message(text)),
             left=self._give_control,

@@ -9,6 +9,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Mapping
+from itertools import count
 from typing import Any
 
 FRAME, GRID, BELIEF = 1, 2, 3
@@ -101,6 +102,11 @@ class Hub:
         self._clients: set[Client] = set()
         self._latest: dict[object, str | bytes] = {}
         self._events: deque[str] = deque()
+        self._numbers = count(1)
+
+    def new_name(self) -> str:
+        """Return a name for a client, which no other of this hub has had."""
+        return f"page {next(self._numbers)}"
 
     @property
     def watched(self) -> bool:

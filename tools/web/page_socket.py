@@ -26,7 +26,6 @@ TRY_LATER = 1013
 async def serve_page(
     page: WebSocket,
     hub: Hub,
-    name: str,
     *,
     hello: Callable[[Client], dict[str, object]],
     handle: Callable[[Client, str], Work | None],
@@ -37,7 +36,6 @@ async def serve_page(
     Args:
         page: Its WebSocket.
         hub: Whose messages it gets.
-        name: Of the client.
         hello: Returns the first message; called in a thread.
         handle: Handles a message, or returns the part that reads files, which is done in a thread while the page's
             next messages are handled: a stop never waits. A ValueError says why it failed.
@@ -48,7 +46,7 @@ async def serve_page(
         if len(hub.clients) >= MAX_CLIENTS:
             await page.close(TRY_LATER, "too many pages are open")
             return
-        client = Client(asyncio.get_running_loop(), name)
+        client = Client(asyncio.get_running_loop(), hub.new_name())
         await page.send_json({"type": "hello", **await run_sync(hello, client)})
         hub.join(client)
         try:

@@ -6,8 +6,7 @@ import html
 import socket
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from itertools import count
+from dataclasses import dataclass
 from typing import IO
 
 from anyio.to_thread import run_sync
@@ -67,7 +66,6 @@ class ClassroomServer:
 
     classroom: Classroom
     pin: Pin | None = None
-    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def app(self) -> Starlette:
         """Return the web application."""
@@ -90,11 +88,9 @@ class ClassroomServer:
 
     async def _connect(self, page: WebSocket) -> None:
         classroom = self.classroom
-        client_name = f"page {next(self._numbers)}"
         await serve_page(
             page,
             classroom.hub,
-            client_name,
             hello=self._hello,
             handle=lambda client, text: classroom.handle(client, read_message(text)),
             left=classroom.leave,
