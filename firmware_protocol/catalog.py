@@ -54,11 +54,6 @@ def command_of(kind: Kind, opcode: int) -> AnyCommand | None:
     return next((COMMANDS[each, opcode] for each in kinds if (each, opcode) in COMMANDS), None)
 
 
-def names() -> list[str]:
-    """Return the names of all commands."""
-    return [command.__name__ for command in ALL_COMMANDS]
-
-
 def choices(wire: WireType) -> dict[str, int]:
     """Return the named values of a field by name; empty for plain numbers, text and bytes."""
     enum = wire.members.enum if isinstance(wire, Number) else None

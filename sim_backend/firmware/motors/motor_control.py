@@ -61,7 +61,10 @@ class MotorControl:
 
     Attributes:
         index: 0..2 for A..C.
+        stops_all_synchronised: See `Version`; never for A.
         windup_by_gain: See `Version`.
+        position_bit: The regulator bit of a position; 0 in firmware that regulates none.
+        others: The other two motors.
         set_speed: Final speed of the motion, percent.
         target_speed: Speed for this pass, percent.
         actual_speed: PWM of the motor, percent.
@@ -93,7 +96,7 @@ class MotorControl:
         self.index = index
         self.stops_all_synchronised = version.stops_all_synchronised and index > 0
         self.windup_by_gain = version.windup_by_gain
-        self.positions = POSITION if version.regulates_position else 0
+        self.position_bit = POSITION if version.regulates_position else 0
         self.others: Sequence[MotorControl] = ()
         self.gains = (96, 32, 32)
         self.set_speed = self.target_speed = self.actual_speed = self.turn = 0
@@ -126,10 +129,6 @@ class MotorControl:
                 return other
         return None
 
-    def stop(self) -> None:
-        """Go idle without regulation; the speed falls by the idle rule."""
-        self.run_state, self.regulation = IDLE, 0
-
     def reset_count(self) -> None:
         """Zero TachoCount and the base of the tacho limit, for a synchronised pair on both motors."""
         pair: list[MotorControl] = [self]
@@ -144,7 +143,7 @@ class MotorControl:
 
         In regulation to a position it is that position, and the options stay as they were.
         """
-        if self.regulation & self.positions:
+        if self.regulation & self.position_bit:
             self.forever, self.limit = False, limit
             return
         self.forever = not limit
@@ -232,7 +231,7 @@ class MotorControl:
 
     def _run(self) -> None:
         regulation = self.regulation
-        if regulation & self.positions:
+        if regulation & self.position_bit:
             return
         if self.forever:
             if self.count > COUNT_WRAP:
@@ -242,7 +241,7 @@ class MotorControl:
         elif regulation & SYNC:
             self._check_synchronised_limit()
         elif speed := self.set_speed:
-            limit = self._threshold(self) if self.options & RAMPS_TO_LIMIT else self.limit
+            limit = self._threshold(self)
             if self.count >= limit if speed > 0 else self.count <= limit:
                 self._end_run()
                 regulation = self.regulation

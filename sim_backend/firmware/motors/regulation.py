@@ -33,7 +33,7 @@ class Regulators:
 
     def regulate(self, motor: MotorControl) -> None:
         """Regulate `motor` by the counts of its last period."""
-        if motor.regulation & motor.positions:
+        if motor.regulation & motor.position_bit:
             _regulate_position(motor)
         elif motor.regulation & SPEED:
             _regulate_speed(motor)

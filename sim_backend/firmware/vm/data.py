@@ -304,12 +304,11 @@ class Data:
         self.memory.spend(len(text) // BYTES_PER_ACCESS)
         return text
 
-    def bytes_of(self, argument: int, count: int | None = None) -> bytes:
-        """Return the stored bytes of an array variable of bytes, or as many from its beginning on."""
+    def bytes_of(self, argument: int) -> bytes:
+        """Return the stored bytes of an array variable of bytes."""
         at, length = self.span(argument)
-        end = at + (length if count is None else min(count, len(self.memory.pool)))
-        self.memory.spend((end - at) // BYTES_PER_ACCESS)
-        return bytes(self.memory.pool[at:end])
+        self.memory.spend(length // BYTES_PER_ACCESS)
+        return bytes(self.memory.pool[at : at + length])
 
     def numbers_of(self, place: Place) -> bytes:
         """Return the stored bytes of an array of numbers."""
