@@ -13,11 +13,11 @@ inner layout and spare bytes are left out.
 from __future__ import annotations
 
 from enum import IntFlag
-from typing import Annotated
+from typing import Annotated, get_args
 
 from firmware_protocol.enums import OpenEnum
 from firmware_protocol.iomap_layout import Array, IOMap, repeated, single
-from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, RunStateField, Scalar, SensorTypeField, Text
+from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, FileName, RunStateField, SensorTypeField, Text
 
 
 class OutputFlag(IntFlag):
@@ -77,19 +77,13 @@ class ProgramStatus(OpenEnum):
 
 
 _TEXT_16 = Annotated[str, Text(16)]
-_NAME = Annotated[str, Text(20)]
 _BYTES_4 = Annotated[bytes, Block(4)]
 _ADDRESS = Annotated[bytes, Block(7)]
-_BYTE, _WORD, _SHORT, _LONG = (
-    Scalar("B", 0, 0xFF),
-    Scalar("H", 0, 0xFFFF),
-    Scalar("h", -0x8000, 0x7FFF),
-    Scalar("I", 0, 0xFFFF_FFFF),
-)
 
 
-def _row(scalar: Scalar, count: int) -> object:
-    return Annotated[list[int], Array(scalar, count)]
+def _row(number: object, count: int) -> object:
+    """Declare `count` numbers, each declared like a single one."""
+    return Annotated[list[int], Array(get_args(number)[1], count)]
 
 
 COMMAND = IOMap(
@@ -105,7 +99,7 @@ COMMAND = IOMap(
         Awake=(29, U8),
         ActivateFlag=(30, U8),
         DeactivateFlag=(31, U8),
-        FileName=(32, _NAME),
+        FileName=(32, FileName),
         MemoryPool=(52, Annotated[bytes, Block(32768)]),
         SyncTime=(32820, U32),
         SyncTick=(32824, U32),
@@ -170,12 +164,12 @@ INPUT = IOMap(
         4,
         84,
         80,
-        ColorCalibration=(0, _row(_LONG, 12)),
-        ColorCalLimits=(48, _row(_WORD, 2)),
-        ColorADRaw=(52, _row(_WORD, 4)),
-        ColorSensorRaw=(60, _row(_WORD, 4)),
-        ColorSensorValue=(68, _row(_SHORT, 4)),
-        ColorBoolean=(76, _row(_BYTE, 4)),
+        ColorCalibration=(0, _row(U32, 12)),
+        ColorCalLimits=(48, _row(U16, 2)),
+        ColorADRaw=(52, _row(U16, 4)),
+        ColorSensorRaw=(60, _row(U16, 4)),
+        ColorSensorValue=(68, _row(S16, 4)),
+        ColorBoolean=(76, _row(U8, 4)),
         ColorCalibrationState=(80, U8),
     ),
     size_1_05=80,
@@ -261,7 +255,7 @@ SOUND = IOMap(
         Freq=(0, U16),
         Duration=(2, U16),
         SampleRate=(4, U16),
-        SoundFilename=(6, _NAME),
+        SoundFilename=(6, FileName),
         Flags=(26, U8),
         State=(27, U8),
         Mode=(28, U8),
@@ -323,7 +317,7 @@ UI = IOMap(
     40,
     single(
         BatteryVoltage=(4, U16),
-        LMSfilename=(6, _NAME),
+        LMSfilename=(6, FileName),
         Flags=(26, U8),
         State=(27, U8),
         Button=(28, U8),

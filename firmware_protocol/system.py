@@ -1,7 +1,7 @@
 """The system commands, 0x80 to 0xA4: files, modules, IO maps and the brick itself.
 
-Source of all opcodes, layouts and remarks: docs/firmware.md section 5. Opcodes not declared here (0x8A and 0xA3 among
-them) are not routed: the firmware answers them with stale bytes (section 1, fact 7).
+Source of all opcodes, layouts and remarks: docs/firmware.md section 5. LEGO's firmware does not route other opcodes
+(0x8A and 0xA3 among them): it answers them with stale bytes (section 1, fact 7).
 
 No ``from __future__ import annotations`` here: the declarations' annotations are read as objects.
 """

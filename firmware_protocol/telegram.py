@@ -29,11 +29,11 @@ NO_REPLY = 0x80
 REQUEST_HEADER = 2
 """Number of bytes before a request's fields: kind, opcode."""
 
-OLDEST = "1.05"
-"""The oldest firmware whose commands are known."""
-
 REPLY_HEADER = 3
 """Number of bytes before a reply's fields: 0x02, opcode, status."""
+
+OLDEST = "1.05"
+"""The oldest firmware whose commands are known."""
 
 
 class Kind(IntEnum):
