@@ -223,11 +223,6 @@ class Compiler:
         """Return a call of the function that carries out the instruction at a word."""
         return f"{self.operands.function(f'at_{at}', function)}()"
 
-    @property
-    def written(self) -> tuple[int, int]:
-        """First and last place in the pool that translated instructions may assign to, and the end of it."""
-        return self.operands.written
-
     def function(self, lines: list[str]) -> Run:
         """Return the function `block` of some lines."""
         names = self.operands.names
@@ -253,7 +248,7 @@ class _PathTree:
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
         if self._watches:
-            low, high = compiler.written
+            low, high = compiler.operands.written
             body = [f"low, high = {low}, {high}", "before = pool[low:high]", *body]
         self.lines = ["def block(left):", *_indented(body)]
 

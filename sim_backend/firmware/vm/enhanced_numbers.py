@@ -25,7 +25,7 @@ _DEGREES, _RADIANS = single(57.29578), single(0.017453)
 """The firmware's factors from radians to degrees and back."""
 
 
-def _left(value: int, count: int, _: int) -> int:
+def _shift_left(value: int, count: int, _: int) -> int:
     return value << count % _BITS
 
 
@@ -39,11 +39,11 @@ def _arithmetic_right(value: int, count: int, kind: int) -> int:
     return quotient if (value < 0) == (kind in SIGNED and count % _BITS == _BITS - 1) else -quotient
 
 
-def _rotate(value: int, left: int, kind: int) -> int:
+def _rotate_left(value: int, count: int, kind: int) -> int:
     """Rotate the bits of a number of its type; a wider target also gets the bits that leave it."""
     width = 8 * size_of(kind)
     bits = value & (1 << width) - 1
-    return bits << left % _BITS | bits >> (width - left) % _BITS
+    return bits << count % _BITS | bits >> (width - count) % _BITS
 
 
 def _rotate_right(value: int, count: int, kind: int) -> int:
@@ -53,11 +53,11 @@ def _rotate_right(value: int, count: int, kind: int) -> int:
 
 
 _SHIFTS: Mapping[int, Callable[[int, int, int], int]] = {
-    0x0B: _left,
+    0x0B: _shift_left,
     0x0C: _logical_right,
-    0x0D: _left,
+    0x0D: _shift_left,
     0x0E: _arithmetic_right,
-    0x0F: _rotate,
+    0x0F: _rotate_left,
     0x10: _rotate_right,
 }
 

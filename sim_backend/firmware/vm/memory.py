@@ -78,6 +78,7 @@ class Memory:
         pool: The pool, and memory after it.
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
+        end: Where the last array ends, from `base`.
         layout: How the firmware lays it out.
         doubly_linked: See `Layout`.
         work_left: Parts of arrays and clusters that may still be used in this pass; negative if an instruction took
@@ -91,7 +92,7 @@ class Memory:
         self.program, self.layout = program, layout
         self._growth, self.doubly_linked = layout.growth, layout.doubly_linked
         header = program.header
-        self.descriptors, self._end = header.descriptors, header.initial_size
+        self.descriptors, self.end = header.descriptors, header.initial_size
         self._head, self._tail, self._free = header.memory_head, header.memory_tail, NO_ARRAY
 
     def fill(self) -> None:
@@ -101,7 +102,7 @@ class Memory:
             BadProgram: It does not fit, or its arrays are not in order.
             OutOfMemory: Its descriptors exceed the pool.
         """
-        if self.base + self._end > POOL_SIZE:
+        if self.base + self.end > POOL_SIZE:
             raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
         self.pool[self.base + _OFFSET] = _TAKEN
         self.program.check()
@@ -153,11 +154,6 @@ class Memory:
         while index != NO_ARRAY and count <= POOL_SIZE:
             count, index = count + 1, self.array(index).link
         return count
-
-    @property
-    def end(self) -> int:
-        """Where the last array ends, from `base`."""
-        return self._end
 
     def begin_pass(self) -> None:
         """Allow the work that a pass has time for."""
@@ -300,7 +296,7 @@ class Memory:
 
     def _room(self, array: Array) -> int:
         """Return the bytes from an array to the next one, or to the end of what is used; 0 if it has no memory."""
-        end = self._end if array.link == NO_ARRAY else self.array(array.link).offset
+        end = self.end if array.link == NO_ARRAY else self.array(array.link).offset
         return max(end - array.offset, 0)
 
     def bytes_of(self, index: int) -> bytes:
@@ -334,13 +330,13 @@ class Memory:
         self._move_to_tail(0)
 
     def _allocate(self, size: int, *, may_compact: bool = True) -> int:
-        end = aligned(self._end)
+        end = aligned(self.end)
         if may_compact and self.base + end + size > POOL_SIZE:
             self.compact()
-            end = aligned(self._end)
+            end = aligned(self.end)
         if self.base + end + size > POOL_SIZE:
             raise _Full
-        self._end = end + size
+        self.end = end + size
         return end
 
     def compact(self) -> None:
@@ -361,7 +357,7 @@ class Memory:
                 else:
                     end = array.offset
                 end += size
-        self._end = end
+        self.end = end
 
     def _move_to_tail(self, index: int) -> None:
         if index != self._tail:

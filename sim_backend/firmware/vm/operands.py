@@ -19,7 +19,7 @@ class Operands:
 
     Attributes:
         names: The values of the names in the expressions.
-        written: First and last offset in the pool that `assignment` may write, and the end of the latter.
+        written: The places in the pool that statements of `assignment` write to: the first, and the end of the last.
     """
 
     def __init__(self, data: Data) -> None:

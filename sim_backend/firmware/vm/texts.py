@@ -167,10 +167,8 @@ def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
         begin, end = at + first, at + size - 1
         put(pool[begin : end if end - begin < wanted else begin + wanted] + b"\0")
 
-    first, wanted = (
-        ("0" if index == NONE else f"{operands.integer(index)} & 65535"),
-        (str(_MAX_U16) if length == NONE else f"{operands.integer(length)} & 65535"),
-    )
+    first = "0" if index == NONE else f"{operands.integer(index)} & 65535"
+    wanted = str(_MAX_U16) if length == NONE else f"{operands.integer(length)} & 65535"
     name = operands.function(f"cut_{instruction.at}", cut)
     return Effect((f"{name}({first}, {wanted})",), Ports.NOTHING, takes_time=True)
 
