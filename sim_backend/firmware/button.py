@@ -7,6 +7,9 @@ from enum import IntFlag
 
 from sim_backend.firmware.module import NEVER, Clock
 
+EXIT_BUTTON, RIGHT_BUTTON, LEFT_BUTTON, ENTER_BUTTON = range(4)
+"""Numbers of the buttons, and of their bits in masks."""
+
 SAMPLE_MS = 2
 LONG_PRESS_MS = 2000
 
@@ -66,11 +69,11 @@ class Button:
 
 
 class ButtonModule:
-    """Exit, right, left and enter.
+    """The four buttons.
 
     Args:
         clock: The brick's time.
-        buttons: The four buttons in that order.
+        buttons: The buttons by their numbers.
         on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held.
 
     Attributes:
@@ -86,10 +89,10 @@ class ButtonModule:
     @property
     def exit_held(self) -> bool:
         """Whether exit has just been held for two seconds."""
-        return bool(self.buttons[0].state & ButtonState.LONG_PRESS)
+        return bool(self.buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS)
 
     def hold(self, mask: int) -> None:
-        """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
+        """Hold the buttons of `mask`, a bit for each number, and release the others."""
         self._mask = mask
         self.wake()
 

@@ -84,10 +84,8 @@ class Channel:
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = bytes(BUFFER)
         self.sending = bytearray(BUFFER)
-        self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
-            self.sent
-        ) = 0
-        self.failures = self.waited = 0
+        self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = 0
+        self.sent = self.received = self.waited = self.failures = 0
 
     @property
     def ready(self) -> int:

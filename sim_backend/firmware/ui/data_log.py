@@ -100,8 +100,8 @@ VALUES = (
 )
 """The values, in the order of the menu."""
 
-SENSOR_PORTS = 4
-"""Ports of sensors; the numbers of motors follow."""
+SENSOR_PORTS, MOTOR_PORTS = 4, 3
+"""How many ports there are; the motors are numbered after the sensors."""
 
 
 class DataLog:

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.button import Button, ButtonState
+from sim_backend.firmware.button import ENTER_BUTTON, Button, ButtonState
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.sound import CLICK, SoundModule
-from sim_backend.firmware.ui.keys import ENTER, KEYS, Key
+from sim_backend.firmware.ui.keys import KEYS, Key
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
 
@@ -57,7 +57,7 @@ class KeyInput:
     @property
     def enter_acts(self) -> bool:
         """Whether enter is pressed, or was released since the last sample."""
-        return bool(self._buttons[ENTER].state)
+        return bool(self._buttons[ENTER_BUTTON].state)
 
     def disabled(self, key: int) -> bool:
         """Return whether a program has disabled a key."""

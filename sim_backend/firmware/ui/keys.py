@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from sim_backend.firmware.button import ENTER_BUTTON, EXIT_BUTTON, LEFT_BUTTON, RIGHT_BUTTON
+
 
 class Key(IntEnum):
     """Button byte of the Ui map."""
@@ -14,8 +16,10 @@ class Key(IntEnum):
     EXIT = 4
 
 
-EXIT, ENTER = 0, 3
-"""Numbers of these buttons in the button module."""
-
-KEYS = ((EXIT, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
-"""Numbers of the button module and their keys; of several keys the first one counts."""
+KEYS = (
+    (EXIT_BUTTON, Key.EXIT),
+    (ENTER_BUTTON, Key.ENTER),
+    (RIGHT_BUTTON, Key.RIGHT),
+    (LEFT_BUTTON, Key.LEFT),
+)
+"""Each button's number and its key; of several that are pressed the first one counts."""

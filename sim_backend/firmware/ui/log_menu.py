@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.data_log import SENSOR_PORTS, VALUES, DataLog
+from sim_backend.firmware.ui.data_log import MOTOR_PORTS, SENSOR_PORTS, VALUES, DataLog
 from sim_backend.firmware.ui.key_states import Pass
 from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import Place, UiState
@@ -20,7 +20,6 @@ _DONE = len(VALUES)
 """Item of the list of values that ends the choice."""
 
 _MOTORS = (6, 7)
-_MOTOR_PORTS = 3
 
 DONE = (*DATA_LOG, _DONE)
 START = (*DONE, 0)
@@ -72,7 +71,7 @@ class LogMenu:
             return _DONE + 1
         if menu == DONE:
             return 1
-        return _MOTOR_PORTS if menu[1] in _MOTORS else SENSOR_PORTS
+        return MOTOR_PORTS if menu[1] in _MOTORS else SENSOR_PORTS
 
     def follows(self, place: Place) -> bool:
         """Return whether enter does more in a place than to open a menu."""

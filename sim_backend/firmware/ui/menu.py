@@ -30,7 +30,7 @@ from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.sensor_view import SensorView
-from sim_backend.firmware.ui.states import KEY_STATES, UiState
+from sim_backend.firmware.ui.states import KEY_STATES, Place, UiState
 
 
 class Menu:
@@ -360,7 +360,7 @@ class Menu:
             self._place[-1] = 0
             self.files.delete(tuple(self._place[:-1]))
 
-    def _open(self, place: tuple[int, ...]) -> None:
+    def _open(self, place: Place) -> None:
         first = self._radio.first(place)
         if place == log_menu.DATA_LOG:
             self.logs.clear()

@@ -7,8 +7,9 @@ from typing import NamedTuple
 from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.sensors.input import InputModule
-from sim_backend.firmware.ui.data_log import SENSOR_PORTS
+from sim_backend.firmware.ui.data_log import MOTOR_PORTS, SENSOR_PORTS
 from sim_backend.firmware.ui.i2c_reader import DISTANCE, TEMPERATURE, I2CReader, I2CSensor
+from sim_backend.firmware.ui.states import Place
 
 VIEW = 3
 """Item of the main menu."""
@@ -63,7 +64,6 @@ _OLD_VALUES: _Values = (
 _SLOW = 4
 """Item that is drawn in three passes; in old firmware the first one is."""
 
-_MOTOR_PORTS = 3
 _PERIOD_MS, _OLD_PERIOD_MS = 200, 250
 
 
@@ -92,19 +92,19 @@ class SensorView:
         self._ports: dict[int, _Value] = {}
         self._only_counts = False
 
-    def items(self, menu: tuple[int, ...]) -> int:
+    def items(self, menu: Place) -> int:
         """Return the number of items of a menu below View, 0 of another one."""
         if menu[:1] != (VIEW,) or len(menu) >= _PAGE_LEVEL:
             return 0
         if len(menu) == 1:
             return len(self._values)
-        return SENSOR_PORTS if self._values[menu[1] % len(self._values)] else _MOTOR_PORTS
+        return SENSOR_PORTS if self._values[menu[1] % len(self._values)] else MOTOR_PORTS
 
-    def is_slow(self, place: tuple[int, ...]) -> bool:
+    def is_slow(self, place: Place) -> bool:
         """Return whether a place in the menus is an item of View that is drawn in three passes."""
         return place == (VIEW, self._slow)
 
-    def opens(self, place: tuple[int, ...]) -> bool:
+    def opens(self, place: Place) -> bool:
         """Return whether a place in the menus leads to the page, and choose it then."""
         if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
             return False

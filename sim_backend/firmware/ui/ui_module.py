@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.iomap import DisplayFlag, UiFlag
-from sim_backend.firmware.button import Button, ButtonState
+from sim_backend.firmware.button import ENTER_BUTTON, EXIT_BUTTON, Button, ButtonState
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
 from sim_backend.firmware.io_control import IoControl
@@ -27,7 +27,7 @@ from sim_backend.firmware.ui.data_log import DataLog
 from sim_backend.firmware.ui.file_runner import FileRunner
 from sim_backend.firmware.ui.i2c_reader import I2CReader
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.keys import ENTER, EXIT, Key
+from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_keys import MenuKeys
@@ -45,7 +45,7 @@ from sim_backend.firmware.ui.status_bar import StatusBar
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 from sim_backend.firmware.versions import Version
 
-_EXIT_MASK, _ENTER_MASK = 1 << EXIT, 1 << ENTER
+_EXIT_MASK, _ENTER_MASK = 1 << EXIT_BUTTON, 1 << ENTER_BUTTON
 
 
 class UiModule:
@@ -213,7 +213,7 @@ class UiModule:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
         self.registers.put(UiFlag.ENABLE_STATUS, shown)
         if shown:
-            self.registers.put(UiFlag.REDRAW_STATUS, True)
+            self.registers.set(UiFlag.REDRAW_STATUS)
         self.wake()
 
     def press(self, pressed: int) -> None:
@@ -222,7 +222,7 @@ class UiModule:
         kept = self._enter_keeps_program and pressed & _ENTER_MASK
         if runs and pressed & _EXIT_MASK and not kept:
             self._programs.stop()
-            self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
+            self._buttons[EXIT_BUTTON].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
             reads = registers.runs_file or self._warning.shown
             if not (reads or registers.starting or registers.state in (UiState.OPENING, UiState.QUESTION)):
@@ -360,7 +360,7 @@ class UiModule:
     def _follow_exit(self) -> None:
         """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
         counts = self.registers.is_on and not (self.registers.starting or self._files.has_begun)
-        if counts and self._buttons[EXIT].state & ButtonState.LONG_PRESS:
+        if counts and self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS:
             self.registers.force_off = 1
 
     def _schedule(self) -> None:
