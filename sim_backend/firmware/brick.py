@@ -23,8 +23,8 @@ from sim_backend.firmware.files.flash import Flash
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import IoControl
-from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import BLUETOOTH
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.long_read import LongRead
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import NAME_SIZE, looked_for, matcher
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 
 _MARK = 3
 """Where, after the field of the pattern, the mark of an open listing is."""

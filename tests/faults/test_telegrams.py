@@ -6,7 +6,7 @@ import pytest
 
 from nxtdrive.tools.dev.faults.campaign import batch_of
 from nxtdrive.tools.dev.faults.telegrams import CAMPAIGN
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 
 SAMPLE = 1500
 

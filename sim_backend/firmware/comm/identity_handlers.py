@@ -10,7 +10,7 @@ from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.versions import Version

@@ -13,7 +13,7 @@ from sim_backend.firmware.comm.handler_result import HandlerResult, handles, ref
 from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import unpack_name
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.module_search import ModuleSearch
 
 _HANDLE = 0

@@ -18,7 +18,7 @@ from sim_backend.firmware.cint import s8, s16
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.motors.output import OutputModule

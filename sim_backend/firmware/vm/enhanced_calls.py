@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.names import NAME_SIZE, pack_name
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.enhanced_drawing import DRAWING
 from sim_backend.firmware.vm.file_calls import name_at, put_status, returned

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from firmware_protocol.iomap import COMM
 from firmware_protocol.status import Status
 from sim_backend.firmware.high_speed import HighSpeedState
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.vm.calls import Call, Function
 
 _MODE_AT = 1896

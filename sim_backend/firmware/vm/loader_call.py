@@ -10,7 +10,7 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import NAME_LIMIT, matcher, pack_name
-from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.vm.calls import Call
 
 _NAME, _BUFFER, _LENGTH = 2, 3, 4
