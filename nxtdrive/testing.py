@@ -312,7 +312,7 @@ class SimWorld:
             ConfigError: It is outside the room, or no number.
         """
         x_mm, y_mm = _number("x_mm", x_mm), _number("y_mm", self._row_mm(y_mm))
-        width_mm, depth_mm = self.simulation.world_file.floor.size_mm
+        width_mm, depth_mm = self.simulation.world.file.floor.size_mm
         if not (0 <= x_mm <= width_mm and 0 <= y_mm <= depth_mm):
             raise ConfigError(f"({x_mm:g}, {y_mm:g}) is outside the floor of {width_mm:g} x {depth_mm:g} mm.")
         return x_mm, y_mm

@@ -32,7 +32,7 @@ class Scene:
 
 def scene(simulation: Simulation) -> Scene:
     """Return where everything is at this moment."""
-    heights = {picture.name: picture.centre_height_mm for picture in simulation.world_file.pictures}
+    heights = {picture.name: picture.centre_height_mm for picture in simulation.world.file.pictures}
     goals = {
         name: Goal(name, (at.x_mm, at.y_mm), at.heading_deg, heights[name])
         for name, at in simulation.truth.pictures.items()
@@ -53,7 +53,7 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
 
 def current_floor_plan(simulation: Simulation) -> FloorPlan:
     """Return the floor plan of this moment."""
-    world, truth = simulation.world_file, simulation.truth
+    world, truth = simulation.world.file, simulation.truth
     boxes, pictures = (
         {name: ((at.x_mm, at.y_mm), at.heading_deg) for name, at in poses.items()}
         for poses in (truth.boxes, truth.pictures)

@@ -21,7 +21,6 @@ from sim_backend.devices.mounting import mount
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
 from sim_backend.firmware.sensors.input_port import AnalogSensor, InputPort
-from sim_backend.link import LinkFaults, SimLink
 from sim_backend.webcam import Webcam
 from sim_backend.world.loading import load_world
 from sim_backend.world.motor import WheelMotor
@@ -31,8 +30,6 @@ from sim_backend.world.world_file import WorldFile
 
 if TYPE_CHECKING:
     from sim_backend.camera.textures import Image
-
-__all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
 
 DEFAULT_WORLD = "arena"
 
@@ -56,6 +53,7 @@ class Simulation:
         ConfigError: The world does not exist, or its file has mistakes.
 
     Attributes:
+        world: The world.
         brick: The simulated brick; connect to it through a `SimLink`.
         webcam: The webcam on the robot.
         truth: Ground truth; for tests and reports only.
@@ -71,39 +69,39 @@ class Simulation:
         firmware: str = "1.29",
         camera_size: tuple[int, int] = (320, 240),
     ) -> None:
-        self._world = World(world if isinstance(world, WorldFile) else load_world(world), seed)
+        self.world = World(world if isinstance(world, WorldFile) else load_world(world), seed)
         self.seed = seed
         self.brick = SimBrick(firmware=firmware, seed=seed)
-        self.webcam = Webcam(self._world, lambda: self._now_ms, camera_size, seed)
-        self.truth = GroundTruth(self._world)
+        self.webcam = Webcam(self.world, lambda: self._now_ms, camera_size, seed)
+        self.truth = GroundTruth(self.world)
         self.generators: list[Random] = []
         self._now_ms = 0
         self._queue: list[tuple[int, int, Callable[[], None]]] = []
         self._order = count()
-        self._sags = bool(self.world_file.robot.battery_ohm or self.world_file.robot.battery_drain_mv_per_min)
+        self._sags = bool(self.world.file.robot.battery_ohm or self.world.file.robot.battery_drain_mv_per_min)
         self._plug_in()
 
     def _plug_in(self) -> None:
-        robot = self._world.file.robot
+        robot = self.world.file.robot
         motors: dict[str, WheelMotor] = {
-            robot.left_port: self._world.robot.left,
-            robot.right_port: self._world.robot.right,
+            robot.left_port: self.world.robot.left,
+            robot.right_port: self.world.robot.right,
         }
         self._motors = [motors.get(port) or WheelMotor() for port in MOTOR_PORTS]
         for port, motor in zip(MOTOR_PORTS, self._motors, strict=True):
             self.brick.attach_motor(port, motor)
         if robot.touch_port:
-            self._attach(robot.touch_port, TouchSensor(lambda: self._world.robot.bumper_pressed))
+            self._attach(robot.touch_port, TouchSensor(lambda: self.world.robot.bumper_pressed))
         if robot.ultrasonic_port:
-            self._attach(robot.ultrasonic_port, UltrasonicSensor(self._world.ultrasonic.distance_cm))
-        for table in self._world.file.sensors:
+            self._attach(robot.ultrasonic_port, UltrasonicSensor(self.world.ultrasonic.distance_cm))
+        for table in self.world.file.sensors:
             lamp = partial(_lights_lamp, self.brick.input.ports[table.port - 1])
-            self._attach(table.port, mount(table, self._world, lamp))
+            self._attach(table.port, mount(table, self.world, lamp))
         self.set_battery(robot.battery_mv)
 
     def _attach(self, port: int, sensor: AnalogSensor | I2CDevice) -> None:
         """Connect a sensor, which can fail if the world has an event for it."""
-        world = self._world
+        world = self.world
         if any(event.sensor == port for event in world.file.events):
             faults = world.disturbances.faults
             sensor = failing(sensor, lambda: faults.get(port), Random(f"{self.seed}/failing {port}"))
@@ -116,7 +114,7 @@ class Simulation:
 
     def _lower_voltage(self) -> None:
         """Lower the voltage by the charge used and by the current that the motors draw now."""
-        robot = self._world.file.robot
+        robot = self.world.file.robot
         used_mv = robot.battery_drain_mv_per_min * self._now_ms / 60_000
         current_a = sum(motor.current_a for motor in self._motors)
         self._supply(max(EMPTY_MV, round(self._rest_mv - used_mv - 1000 * current_a * robot.battery_ohm)))
@@ -125,16 +123,6 @@ class Simulation:
         self.brick.set_battery(round(battery_mv / MV_PER_STEP))
         for motor in self._motors:
             motor.set_battery(battery_mv)
-
-    @property
-    def world(self) -> World:
-        """The world, for programs that change it."""
-        return self._world
-
-    @property
-    def world_file(self) -> WorldFile:
-        """The world file of the world."""
-        return self._world.file
 
     @property
     def now_ms(self) -> int:
@@ -165,7 +153,7 @@ class Simulation:
             self._run_until(min(end_ms, self._queue[0][0]) if self._queue else end_ms)
 
     def _run_until(self, stop_ms: int) -> None:
-        world, brick = self._world, self.brick
+        world, brick = self.world, self.brick
         now_ms = self._now_ms
         while now_ms < stop_ms:
             step_ms = world.now_ms + STEP_MS
@@ -196,7 +184,7 @@ class Simulation:
 
     def reseed(self, seed: str) -> None:
         """Reseed all random generators from this moment on; earlier draws stay, and so does the noise of pixels."""
-        for number, random in enumerate((*self._world.generators, *self.generators, self.webcam.generator)):
+        for number, random in enumerate((*self.world.generators, *self.generators, self.webcam.generator)):
             random.seed(f"{seed}/{number}")
 
     def unplug(self) -> None:

@@ -31,7 +31,8 @@ from nxtdrive.transports.trace_file import Trace, TraceWriter
 from nxtdrive.transports.usb_port import UsbTransport
 from sim_backend.doors.usb_backend import ENDPOINT_IN, ENDPOINT_OUT, UsbBackend
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 NEVER_MS = 10**9
 ROUND_TRIP_MS = 2

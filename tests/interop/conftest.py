@@ -18,7 +18,8 @@ from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, UsbDoor
 from sim_backend.doors.switchboard import Switchboard
-from sim_backend.simulation import SimLink, Simulation
+from sim_backend.link import SimLink
+from sim_backend.simulation import Simulation
 
 PATIENCE_S = 60
 SERIAL_NUMBER = "001653010203"

@@ -91,7 +91,7 @@ def test_turning_a_motor_moves_the_robot(rig):
     counted_deg = int(rig.plug.script(TURN))
     assert 250 < counted_deg < 550
     with rig.halted() as simulation:
-        file = simulation.world_file.robot
+        file = simulation.world.file.robot
         turned_deg = simulation.truth.pose.heading_deg - before_deg
     # the left wheel alone turns the robot to the right, about the other wheel
     expected_deg = counted_deg * file.wheel_diameter_mm / 2 / file.track_mm
@@ -103,7 +103,7 @@ def test_the_ultrasonic_sensor_is_recognised_and_measures_the_true_distance(rig)
     name, *distances = rig.plug.script(MEASURE).split()
     assert name == "Ultrasonic"
     with rig.halted() as simulation:
-        file = simulation.world_file
+        file = simulation.world.file
     sensor_x_mm = file.robot.start_mm[0] + file.ultrasonic.forward_mm
     true_cm = (file.pictures[0].at_mm[0] - sensor_x_mm) / 10  # straight ahead, and facing the robot
     assert [int(cm) for cm in distances] == pytest.approx([true_cm] * 15, abs=3)

@@ -12,7 +12,8 @@ from firmware_protocol.status import Status
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 FOR_EVER_MS = 10**9
 

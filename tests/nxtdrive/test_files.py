@@ -24,7 +24,8 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.files.file_handle import Use
 from sim_backend.firmware.files.sector_table import free_bytes
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 SETTINGS_FILE = "NVConfig.sys"
 HANDLES = 16

@@ -17,7 +17,7 @@ from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.motion.rover import ROUND_TRIPS, DriveSettings, Rover, SafetyLimits
 from sim_backend.firmware.motors.bench_motor import BenchMotor
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 SLOW = pytest.mark.parametrize("latency_ms", [80, 100, 150, 300])

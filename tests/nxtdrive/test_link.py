@@ -17,7 +17,8 @@ from nxtdrive.link.threads import Threads
 from nxtdrive.link.timers import Timers
 from nxtdrive.motion.outputs import coasting
 from nxtdrive.transports.sim import SimTransport
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 PATIENCE_S = 10
 FOR_EVER_MS = 10**9

@@ -17,7 +17,7 @@ from nxtdrive.motion.motor import MotorSettings, Then
 from nxtdrive.motion.outputs import coasting
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.firmware.motors.bench_motor import BenchMotor
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 UNGUARDED = SafetyLimits(enabled=False)

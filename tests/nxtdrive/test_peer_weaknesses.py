@@ -27,7 +27,7 @@ from firmware_protocol.status import Status
 from nxtdrive.brick import Brick
 from nxtdrive.tools.dev.faults.memory import least_growth
 from nxtdrive.transports.nxt_server import split_replies
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 
 FOR_EVER_MS = 10**9
 STATUSES = 10_000

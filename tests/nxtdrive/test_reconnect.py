@@ -15,7 +15,7 @@ from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, Link
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.tools.monitor import watch
 from sim_backend.devices import ColorSensor, TemperatureSensor, UltrasonicSensor
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 
 FOR_EVER_MS = 10**9
 THREADED = pytest.mark.parametrize("way", ["threaded"])

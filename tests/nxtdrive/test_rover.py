@@ -13,7 +13,7 @@ from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.motors.bench_motor import BenchMotor
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'

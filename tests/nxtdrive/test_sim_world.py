@@ -169,7 +169,7 @@ def test_unknown_names_get_the_known_ones(sim_world):
 
 @pytest.mark.sim_world("arena", seed=3, firmware="1.05", latency_ms=30)
 def test_the_marker_chooses_the_world(sim_world, sim_brick):
-    assert sim_world.simulation.world_file.title.startswith("Lena behind the partition")
+    assert sim_world.simulation.world.file.title.startswith("Lena behind the partition")
     assert sim_brick.info().firmware == "1.05"
     before = sim_brick.now()
     sim_brick.request(GetBatteryLevel())

@@ -19,7 +19,8 @@ from nxtdrive.transports.record import RecordTransport, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
 from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter, read_trace
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 BATTERY = GetBatteryLevel().encode()
 

@@ -127,4 +127,4 @@ def test_the_story_of_the_arena():
     assert driver.search("lena")
     assert driver.approach("lena")
     assert driver.truth.contacts == 0
-    assert [name for _, name in driver.truth.events] == [event.name for event in driver.simulation.world_file.events]
+    assert [name for _, name in driver.truth.events] == [event.name for event in driver.simulation.world.file.events]

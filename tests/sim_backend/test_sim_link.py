@@ -6,7 +6,8 @@ from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputS
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.status import Status
 from firmware_protocol.system import IOMapRead, OpenWrite
-from sim_backend.simulation import LinkFaults, SimLink, Simulation
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.simulation import Simulation
 
 BATTERY = GetBatteryLevel().encode()
 OPEN = OpenWrite("notes.txt", 10).encode()

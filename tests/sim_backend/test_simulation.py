@@ -24,7 +24,8 @@ from firmware_protocol.enums import (
     SensorType,
 )
 from sim_backend.bundled import PICTURES, WORLDS
-from sim_backend.simulation import SimLink, Simulation
+from sim_backend.link import SimLink
+from sim_backend.simulation import Simulation
 
 REGULATED = OutputMode.MOTOR_ON | OutputMode.BRAKE | OutputMode.REGULATED
 

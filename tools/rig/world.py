@@ -25,7 +25,8 @@ from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.switchboard import Switchboard
 from sim_backend.doors.usbip import UsbIpDoor
 from sim_backend.doors.uvc import UvcDoor
-from sim_backend.simulation import SimLink, Simulation
+from sim_backend.link import SimLink
+from sim_backend.simulation import Simulation
 
 if TYPE_CHECKING:
     from .rfcomm import RfcommDoor

@@ -108,7 +108,7 @@ class TruthRecorder:
 
     def disturbances(self) -> Iterator[Disturbance]:
         """Yield the disturbances so far."""
-        events = {event.name: event for event in self._simulation.world_file.events}
+        events = {event.name: event for event in self._simulation.world.file.events}
         for time_s, name in self._simulation.truth.events:
             event = events[name]
             if event.picture or event.blocks:

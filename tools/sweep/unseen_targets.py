@@ -46,10 +46,10 @@ class UnseenTargets:
 
     def __init__(self, simulation: Simulation, targets: Sequence[str], view_mm: float) -> None:
         self._simulation, self._view_mm = simulation, view_mm
-        moved = {event.picture for event in simulation.world_file.events}
+        moved = {event.picture for event in simulation.world.file.events}
         self._unseen = {name for name in targets if name in simulation.truth.pictures and name not in moved}
         self._views: list[Viewpoint] = []
-        self._walls = [each for each in _walls(simulation.world_file) if math.dist(*each[:2]) > 2 * CORNER_MM]
+        self._walls = [each for each in _walls(simulation.world.file) if math.dist(*each[:2]) > 2 * CORNER_MM]
         self._look()
 
     def _look(self) -> None:
@@ -84,7 +84,7 @@ class UnseenTargets:
         near_robot = math.dist(at_mm, (pose.x_mm, pose.y_mm)) < OFF_ROBOT_MM
         if near_robot or any(math.dist(at_mm, other) < FLAT_TARGETS_APART_MM for other in others):
             return False
-        picture = next(each for each in simulation.world_file.pictures if each.name == name)
+        picture = next(each for each in simulation.world.file.pictures if each.name == name)
         half_mm, facing = picture.size_mm[0] / 2, math.radians(facing_deg)
         edges = np.array([on_map(at_mm, facing, 0.0, aside) for aside in (-half_mm, 0.0, half_mm)])
         simulation.world.place(name, None, None, present=False)

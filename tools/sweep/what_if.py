@@ -135,7 +135,7 @@ def run_with_branch(
     with (
         _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as (mission, sim, perform)
     ):
-        pictures = {picture.name for picture in sim.world_file.pictures}
+        pictures = {picture.name for picture in sim.world.file.pictures}
         targets = tuple(target for target in mission.mission.targets if target in pictures)
         outcome, observers = EpisodeOutcome(mission.mission.time_limit_s, targets), Observers()
         observers.add("outcome", partial(_note, outcome, sim, tell))

@@ -23,7 +23,8 @@ from sim_backend.doors.switchboard import CLIENT_LIMIT, ConnectionEvent, Switchb
 from sim_backend.doors.usbip import UsbIpClient, UsbIpDoor
 from sim_backend.doors.uvc import UvcDoor
 from sim_backend.faults_file import load_faults
-from sim_backend.simulation import DEFAULT_WORLD, LinkFaults, SimLink, Simulation
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.simulation import DEFAULT_WORLD, Simulation
 
 if TYPE_CHECKING:
     from rich.live import Live

@@ -27,7 +27,7 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
     Pictures that are stretched or tiny, that hang too high or stand too low for the camera, that face a wall, or to
     which no path leads; and a tiny room.
     """
-    world = simulation.world_file
+    world = simulation.world.file
     if world.floor.is_tiny:
         yield f"floor.size_mm: the room is tiny; if that is {in_other_unit(world.floor.size_mm, ROOM_M)}."
     fronts, now = simulation.truth.front_images(), _lasting(simulation)
@@ -53,7 +53,7 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
 
 def _lasting(simulation: Simulation) -> Scene:
     """Return where everything is, without the boxes that may leave their place and the pictures that events change."""
-    world, now = simulation.world_file, scene(simulation)
+    world, now = simulation.world.file, scene(simulation)
     moving = {event.box for event in world.events} | {event.picture for event in world.events}
     moving |= {box.name for box in world.boxes if box.mass_kg is not None}
     obstacles = tuple(each for each in now.plan.obstacles if each.name not in moving)

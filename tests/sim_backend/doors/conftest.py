@@ -13,7 +13,8 @@ from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer
 from sim_backend.doors.sockets import NxtServerClient, PacketClient, SocketDoor, StreamClient, UsbDoor
 from sim_backend.doors.switchboard import Switchboard
-from sim_backend.simulation import LinkFaults, SimLink, Simulation
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.simulation import Simulation
 
 TURNS = 3000
 """Enough for anything to get through; a turn is a millisecond."""

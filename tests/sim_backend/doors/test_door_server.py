@@ -6,7 +6,8 @@ import pytest
 
 from sim_backend.doors.server import LATE_LIMIT_MS, LONGEST_STEP_MS, RealTimeServer
 from sim_backend.doors.switchboard import Switchboard
-from sim_backend.simulation import SimLink, Simulation
+from sim_backend.link import SimLink
+from sim_backend.simulation import Simulation
 
 GET_BATTERY = bytes.fromhex("00 0b")
 GET_DEVICE_INFO = bytes.fromhex("01 9b")

@@ -15,7 +15,8 @@ from firmware_protocol.framing import frame
 from firmware_protocol.system import IOMapRead
 from sim_backend.doors.socket_cable import SocketCable
 from sim_backend.doors.usb_backend import UsbBackend
-from sim_backend.simulation import LinkFaults, SimLink, Simulation
+from sim_backend.link import LinkFaults, SimLink
+from sim_backend.simulation import Simulation
 
 SERIAL_NUMBER = "001653010203"
 GREETING = frame(SERIAL_NUMBER.encode())

@@ -13,7 +13,7 @@ from firmware_protocol.system import IOMapRead, OpenWrite, Write
 from sim_backend.doors.door import wait_readable
 from sim_backend.doors.sockets import SocketDoor, StreamClient, is_loopback
 from sim_backend.doors.switchboard import CLIENT_LIMIT, WAITING_LIMIT
-from sim_backend.simulation import LinkFaults
+from sim_backend.link import LinkFaults
 from tests.open_files import files_left
 
 GET_BATTERY = GetBatteryLevel().encode()

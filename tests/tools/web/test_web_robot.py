@@ -26,7 +26,8 @@ from nxtdrive.tools.web.robot import Robot
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.vision.camera import Frame
-from sim_backend.simulation import LinkFaults, Simulation
+from sim_backend.link import LinkFaults
+from sim_backend.simulation import Simulation
 
 LIMIT_S = 30.0
 

@@ -335,4 +335,4 @@ def restart(simulation: Simulation) -> None:
         new.attach_motor(port, output.plant)
     for number, (analog, channel) in enumerate(zip(old.input.ports, old.low_speed.channels, strict=True), 1):
         new.attach_sensor(number, channel.bus.sensor.device or analog.sensor)
-    simulation.set_battery(simulation.world_file.robot.battery_mv)
+    simulation.set_battery(simulation.world.file.robot.battery_mv)
