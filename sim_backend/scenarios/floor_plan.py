@@ -269,7 +269,7 @@ class _Grid:
             clearance[window] = np.minimum(clearance[window], obstacle.distance_mm(self.middles[window]))
         self.free: Mask = clearance >= radius_mm
         narrow = np.clip((radius_mm + inflation_mm - clearance) / max(inflation_mm, 1.0), 0.0, 1.0)
-        self._cost = 1.0 + (NARROW_COST * narrow if inflation_mm else np.zeros_like(narrow))
+        self._cost = 1.0 + NARROW_COST * narrow
 
     def middle(self, cell: Cell) -> Point:
         return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
@@ -337,12 +337,12 @@ def _trace(before: dict[Cell, Cell], cell: Cell) -> list[Cell]:
     return cells[::-1]
 
 
-def _shortened(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) -> tuple[Point, ...]:
+def _shortened(plan: FloorPlan, points: Sequence[Point], clearance_mm: float) -> tuple[Point, ...]:
     """Remove needless corners from a path without giving up clearance."""
     taut, i = [points[0]], 0
     while i < len(points) - 1:
         reach = len(points) - 1
-        while reach > i + 1 and not _direct(plan, points[i], points[reach], inflation_mm):
+        while reach > i + 1 and not _direct(plan, points[i], points[reach], clearance_mm):
             reach -= 1
         i = reach
         if math.dist(points[i], taut[-1]) > SAME_PLACE_MM:
@@ -350,12 +350,12 @@ def _shortened(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) ->
     return tuple(taut)
 
 
-def _direct(plan: FloorPlan, start: Point, end: Point, inflation_mm: float) -> bool:
+def _direct(plan: FloorPlan, start: Point, end: Point, clearance_mm: float) -> bool:
     """Return whether the straight path keeps the clearance, or as much of it as its ends have."""
     line = _line(start, end)
-    clearance = plan.near(line, inflation_mm).clearance_mm(line)  # more clearance than that does not count
-    needed = min(inflation_mm, float(clearance[0]), float(clearance[-1])) - SAME_PLACE_MM
-    return bool(np.all(clearance >= needed))
+    clearances = plan.near(line, clearance_mm).clearance_mm(line)  # more clearance than that does not count
+    needed = min(clearance_mm, float(clearances[0]), float(clearances[-1])) - SAME_PLACE_MM
+    return bool(np.all(clearances >= needed))
 
 
 def _line(start: Point, end: Point) -> Floats:

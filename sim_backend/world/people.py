@@ -92,8 +92,7 @@ class PersonObject:
         self._body.position, self._body.velocity = self._goal, (0.0, 0.0)
         self.walking = False
         if self._leaving:
-            self.present = False
-            self._space.remove(self._body, *self.shapes)
+            self.vanish()
             return
         self._space.reindex_shapes_for_body(self._body)
         if self._stays_ms is not None:
