@@ -18,7 +18,7 @@ from firmware_protocol.enums import SensorType
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.devices.failing import failing
 from sim_backend.devices.mounting import mount
-from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.brick import MOTOR_PORTS, SimBrick
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
 from sim_backend.firmware.sensors.input_port import AnalogSensor, InputPort
 from sim_backend.webcam import Webcam
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 DEFAULT_WORLD = "arena"
 
-MOTOR_PORTS = ("A", "B", "C")
 MV_PER_STEP = 13.848
 """Millivolts per step of the brick's battery converter. Source: docs/firmware.md section 4, GetBatteryLevel."""
 SAG_MS, EMPTY_MV = 50, 3000

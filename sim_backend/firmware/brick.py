@@ -45,7 +45,7 @@ from sim_backend.firmware.vm.devices import Devices
 BOOT_MS = 6000
 """Passes from power-on until melody and radio have started. Source: docs/firmware.md section 0.1."""
 
-_MOTOR_PORTS = ("A", "B", "C")
+MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
 _LONG_MS = 10_000
 """Samples of the battery are skipped only in intervals without events that are longer than this."""
@@ -344,9 +344,9 @@ class SimBrick:
         Raises:
             ValueError: The port is unknown.
         """
-        if port not in _MOTOR_PORTS:
-            raise ValueError(f"motors are plugged into ports {', '.join(_MOTOR_PORTS)}, not {port!r}")
-        self.output.outputs[_MOTOR_PORTS.index(port)].plant = plant
+        if port not in MOTOR_PORTS:
+            raise ValueError(f"motors are plugged into ports {', '.join(MOTOR_PORTS)}, not {port!r}")
+        self.output.outputs[MOTOR_PORTS.index(port)].plant = plant
         self.output.wake()
 
     def attach_sensor(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> None:
