@@ -103,7 +103,7 @@ class PtyDoor:
     def _open(self) -> Terminal:
         terminal = Terminal(str(self.path), now=self._now)
         try:
-            _name(terminal.device, self.path)
+            _make_link(self.path, terminal.device)
         except BaseException:
             terminal.disconnect()
             raise
@@ -234,7 +234,7 @@ def _refuse_terminal(path: Path) -> None:
         )
 
 
-def _name(device: str, path: Path) -> None:
+def _make_link(path: Path, device: str) -> None:
     """Make `path` a symbolic link to `device` atomically."""
     if path.exists() and not path.is_symlink():
         raise ConfigError(f"{path} exists and is not a link.", remedy="Choose another name for the port.")

@@ -43,7 +43,11 @@ DEVICE = _descriptor(
     " bcdDevice iManufacturer iProduct iSerialNumber bNumConfigurations",
     NXT.DEVICE,
     # the device's place on the bus
-    **{"address": 1, "bus": 1, "port_number": 1, "port_numbers": (1,), "speed": FULL_SPEED},
+    address=1,
+    bus=1,
+    port_number=1,
+    port_numbers=(1,),
+    speed=FULL_SPEED,
 )
 CONFIGURATION = _descriptor(
     "<BBHBBBBB",
@@ -63,7 +67,9 @@ ENDPOINTS = [
         "<BBBBHB",
         "bLength bDescriptorType bEndpointAddress bmAttributes wMaxPacketSize bInterval",
         data,
-        **{"bRefresh": 0, "bSynchAddress": 0, "extra_descriptors": []},
+        bRefresh=0,
+        bSynchAddress=0,
+        extra_descriptors=[],
     )
     for data in NXT.ENDPOINTS
 ]

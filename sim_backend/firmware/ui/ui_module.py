@@ -137,8 +137,8 @@ class UiModule:
             self._menu.drop()
         self._files.paused = state in states.PAUSING and (paused or before == UiState.RUNNING)
         if state in (UiState.DRAWING, UiState.RUNNING) and self._menu_keys.resume_page(paused=paused):
-            pass
-        elif begun and state == UiState.DRAWING:
+            return
+        if begun and state == UiState.DRAWING:
             self._files.begin_page()
         elif ran and state == UiState.OPENING:
             registers.next_step_ms = self._clock.now_ms
