@@ -78,10 +78,6 @@ class Call:
         first, second = (*self.numbers(position)[:2], 0, 0)[:2]
         return s16(first), s16(second)
 
-    def is_array(self, position: int) -> bool:
-        """Return whether an argument is an array."""
-        return self._data.kind(self.members[position]) == Type.ARRAY
-
     def content(self, position: int, count: int | None = None) -> bytes:
         """Return the stored bytes of an array, or as many from its beginning on; none if the argument is missing."""
         if self.members[position] == NONE:
