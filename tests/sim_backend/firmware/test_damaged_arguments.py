@@ -165,6 +165,12 @@ def test_only_firmware_1_05_has_arguments_that_are_fields_of_ports(field):
         assert Run([instruction(ADD, A, B, field)], "1.29").number(A) == 0x22 + 0x11
 
 
+@pytest.mark.parametrize("field", [0x4202, 0x8202, 0xC202])
+def test_firmware_1_05_stores_the_size_of_an_array_in_a_field_of_a_port(field):
+    """Field 2 of output A is the power. By the rule of section 8.1; not compared with the answer of LEGO's."""
+    assert Run([instruction(SIZE_OF, field, TEXT), instruction(ADD, A, B, field)], "1.05").number(A) == 0x22 + 6
+
+
 @both
 def test_a_mutex_that_is_not_in_the_table_is_in_the_first_bytes_of_the_variables(firmware):
     assert Run([instruction(ACQUIRE, 0x1000)], firmware).status == ENDED
