@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import shlex
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
@@ -46,6 +47,9 @@ FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 SCALE_TOLERANCE = 0.25
 """A hint says so if driving or the truth shows that distances by size are wrong by more: a field of view from a data
 sheet and a height by ruler together may be wrong by less."""
+
+BUILD_TOLERANCE = 0.1
+"""A robot whose wheels or track differ by more from what its mission says turns and drives too wrongly to arrive."""
 
 
 class RunReview:
@@ -91,7 +95,9 @@ class RunReview:
         self._alike: dict[str, list[str]] = {}
 
     def compare_brick(self, brick: Brick) -> None:
-        """Give a hint if the mission's robot file describes another brick."""
+        """Give a hint if the mission or its robot file describes another robot."""
+        if self._truth is not None:
+            self._compare_build(self._truth.build())
         described = self._mission.calibration
         if not described.brick_id:  # the brick need not be asked
             return
@@ -102,6 +108,16 @@ class RunReview:
                     f"The robot file describes the brick {described.brick_id}, and this one is {brick_id(address)}. "
                     "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE."
                 )
+
+    def _compare_build(self, build: Mapping[str, Sequence[str | float]]) -> None:
+        robot = self._mission.robot
+        wrong = {key: fits[0] for key, fits in build.items() if fits and not _describes(getattr(robot, key), fits)}
+        if wrong:
+            keys = ", ".join(f"{key} = {json.dumps(value)}" for key, value in wrong.items())
+            self._add_hint(
+                f"The robot of this world is not built as the mission says. Write {keys} into [robot] of the mission "
+                "or of its robot file, or change [robot] of the world."
+            )
 
     def __call__(self, record: Record) -> None:
         """Learn from a record."""
@@ -343,3 +359,10 @@ class RunReview:
     def _add_hint(self, text: str) -> None:
         self.hints.append(text)
         self._say(text)
+
+
+def _describes(value: str | float, fits: Sequence[str | float]) -> bool:
+    """Return whether a key of [robot] describes the robot: a length roughly, a port exactly unless it is 0 for none."""
+    if isinstance(value, float):
+        return any(isinstance(each, int | float) and abs(value / each - 1) <= BUILD_TOLERANCE for each in fits)
+    return value in (0, *fits)

@@ -36,6 +36,10 @@ class Truth(Protocol):
         """Return the robot's true position and heading on the map: x_mm, y_mm (down), degrees clockwise from x."""
         ...
 
+    def build(self) -> Mapping[str, Sequence[str | float]]:
+        """Return how the robot is built, by the keys of a mission's [robot]: the values that describe it, if any."""
+        ...
+
     def outlines(self) -> Sequence[tuple[float, float, float, float]]:
         """Return the sides of walls and objects on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each, on the map."""
         ...

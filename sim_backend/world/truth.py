@@ -91,6 +91,22 @@ class GroundTruth:
         self._object(name)
         return self._world.robot_distance_mm(name)
 
+    def build(self) -> dict[str, tuple[str | float, ...]]:
+        """Return how the robot is built, by the keys of a mission's [robot]: the values that describe it, if any.
+
+        Ports, of sensors all that have one of that kind; diameter of the wheels and track in mm.
+        """
+        file, robot = self._world.file, self._world.file.robot
+        own = {"ultrasonic": robot.ultrasonic_port, "touch": robot.touch_port}
+        more = {kind: [each.port for each in file.sensors if each.kind == kind] for kind in own}
+        return {
+            "left": (robot.left_port,),
+            "right": (robot.right_port,),
+            **{kind: tuple(port for port in (port, *more[kind]) if port) for kind, port in own.items()},
+            "wheel_diameter_mm": (robot.wheel_diameter_mm,),
+            "axle_track_mm": (robot.track_mm,),
+        }
+
     def in_view(self, picture: str) -> bool:
         """Return whether the camera could recognise the picture now."""
         if picture not in self._world.pictures:

@@ -14,6 +14,7 @@ from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
+from nxtdrive.mission.truth import truth_of
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.simulation import Simulation
 
@@ -293,6 +294,42 @@ def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_fo
         review.compare_brick(brick)
     assert (mission.robot.radius_mm, len(said), len(review.hints)) == (140.0, hints, hints)
     assert all("describes the brick 0016530A1B2C, and this one is 001653010203" in hint for hint in said)
+
+
+OTHER_BUILD = """
+floor = { size_mm = [3000, 3000] }
+sensors = [{ kind = "ultrasonic", port = 3 }]
+[robot]
+start_mm = [500, 500]
+left_port = "A"
+ultrasonic_port = 2
+touch_port = 0
+wheel_diameter_mm = 81.6
+track_mm = 118
+"""
+
+
+@pytest.mark.parametrize(
+    ("robot", "said"),
+    [
+        ({}, ['Write left = "A", ultrasonic = 2, wheel_diameter_mm = 81.6 into [robot]']),
+        ({"left": "A", "ultrasonic": 2, "wheel_diameter_mm": 80.0}, []),
+        ({"left": "A", "ultrasonic": 3, "wheel_diameter_mm": 80.0}, []),  # the second one
+        ({"left": "A", "ultrasonic": 0, "wheel_diameter_mm": 80.0}, []),  # the mission uses none
+        ({"left": "A", "ultrasonic": 2, "wheel_diameter_mm": 80.0, "axle_track_mm": 150.0}, ["axle_track_mm = 118"]),
+    ],
+)
+def test_a_simulated_robot_that_is_built_otherwise_than_the_mission_says_is_reported_at_the_start(
+    robot, said, mission_for, tmp_path
+):
+    world = tmp_path / "other.toml"
+    world.write_text(OTHER_BUILD, encoding="utf-8")
+    mission = mission_for("lena").model_copy(update={"robot": RobotTable(**robot)})
+    with open_brick(f"sim://{world}") as brick:
+        review = RunReview(mission, truth_of(brick), lambda _: None)
+        review.compare_brick(brick)
+    assert len(review.hints) == len(said)
+    assert all(part in hint for part, hint in zip(said, review.hints, strict=True))
 
 
 def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_for(mission_for):
