@@ -41,10 +41,19 @@ COMMON_MISTAKES = (
 )
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
 
+UNCLOSED = (
+    (r"Illegal character '\\n'|Unterminated string|Expected \"'|Expected '\"'", "End the text with a quotation mark."),
+    (r"Unclosed array", "Close the list: ]. It may begin in a line above."),
+    (r"Unclosed inline table", "Close the brace: }."),
+)
+"""Patterns of what tomllib says of an end that is missing, and what to do; where it stops may be a later line."""
+
 TOO_LARGE = "it has a whole number of more than 64 bits"
 
 TWICE = re.compile(r"Cannot (?:declare|overwrite)")
 """Begins what tomllib says of a table or a key that is there a second time."""
+
+ONCE = "It is there twice: give one another name, or remove it."
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -69,15 +78,25 @@ def _line_of(error: ValueError, text: str) -> str:
     """Return the line that an error of tomllib names, if any, and what to do there."""
     number = re.search(r"\(at line (\d+), column \d+\)$", str(error))
     twice = TWICE.match(str(error))
+    unclosed = next((hint for said, hint in UNCLOSED if re.match(said, str(error))), REMEDY)
     if number is None and not twice:
-        return f". {REMEDY}"
+        return f". {unclosed}"
     line = (text.split("\n")[int(number[1]) - 1] if number else text.rstrip().split("\n")[-1]).strip()
     if twice:
-        hint = "It is there twice: give one another name, or remove it."
+        hint = _entries(line[:LINE_LIMIT], text) or ONCE
     else:
         begin = line[:LINE_LIMIT]
-        hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, begin)), REMEDY)
+        hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, begin)), unclosed)
     return f": `{line[:SHOWN]}`. {hint}"
+
+
+def _entries(line: str, text: str) -> str:
+    """Return what to do if a table is there both with one and with two brackets; empty if it is not."""
+    name = re.fullmatch(r"\[+[ \t]*([^\[\]]+?)[ \t]*\]+[ \t]*(?:#.*)?", line)
+    if name is None:
+        return ""
+    brackets = {len(each) for each in re.findall(rf"(?m)^[ \t]*+(\[+)[ \t]*{re.escape(name[1])}[ \t]*\]", text)}
+    return f"Write each of them with two brackets: [[{name[1]}]]." if len(brackets) > 1 else ""
 
 
 def toml_string(text: str) -> str:
