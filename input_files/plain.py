@@ -8,7 +8,7 @@ import os
 import stat
 import zlib
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any, TypeGuard
 
 from input_files.mistakes import excerpt, nearest
@@ -54,7 +54,8 @@ def read_bytes(path: Path, limit: int) -> bytes:
             content = file.read(limit + 1) if found.st_size <= limit else None
     except OSError as error:
         meant = similar_file(path) if isinstance(error, FileNotFoundError) else None
-        remedy = f"Did you mean {meant}?" if meant else "Check the path."
+        denied = isinstance(error, PermissionError)
+        remedy = f"Did you mean {meant}?" if meant else f"Check the {'permissions' if denied else 'path'}."
         raise InputFileError(f"{path}: cannot be read ({error.strerror}). {remedy}") from None
     except InputFileError:
         raise
@@ -105,6 +106,10 @@ def missing_file(file: str, folder: Path, kind: str) -> str:
     path = folder / at_home(file)
     if os.path.isdir(path):
         return f"{excerpt(file)}; that is a folder, so name a file in it"
+    windows = PureWindowsPath(file)
+    for each in (windows.as_posix(), windows.name):  # of a mission that was written on another computer
+        if each != file and os.path.isfile(folder / each):
+            return f"{excerpt(file)}; write {excerpt(each)}"
     similar = similar_file(path)
     meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
     return f"{excerpt(file)}; {meant}put it beside the {kind} file ({folder.resolve()})"

@@ -135,7 +135,7 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
-CHOOSE = "Choose a file in an existing folder with free space."
+CHOOSE = "Choose a file that you may write, in an existing folder with free space."
 
 
 @contextmanager

@@ -162,7 +162,7 @@ class TraceWriter:
         except OSError as error:
             raise ConfigError(
                 f"the trace {path} cannot be written ({error.strerror}).",
-                remedy="Choose a file in an existing folder with free space.",
+                remedy="Choose a file that you may write, in an existing folder with free space.",
             ) from error
 
     def write(self, entry: Entry) -> None:

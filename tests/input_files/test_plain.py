@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from input_files.plain import InputFileError, at_home, read_text, whole_number
+from input_files.plain import InputFileError, at_home, missing_file, read_text, whole_number
 
 TEXT = "Bär\n" * 1000
 
@@ -48,6 +48,31 @@ def test_of_a_file_that_is_not_there_the_most_similar_one_beside_it_is_named(tmp
     for other in ("cat.toml", "nowhere/my-mission.toml"):
         with pytest.raises(InputFileError, match=r"Check the path\.$"):
             read_text(tmp_path / other, limit=1)
+
+
+def test_of_a_file_that_may_not_be_read_the_permissions_are_to_be_checked(monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", path)
+
+    with monkeypatch.context() as denied:
+        denied.setattr("os.stat", refuse)  # root may read every file
+        with pytest.raises(InputFileError) as said:
+            read_text(Path("cat.toml"), limit=1)
+    assert str(said.value) == "cat.toml: cannot be read (Permission denied). Check the permissions."
+
+
+@pytest.mark.parametrize(
+    ("written", "there"),
+    [
+        (r"pictures\cat.png", "pictures/cat.png"),
+        (r"C:\Users\me\cat.png", "cat.png"),
+        ("/home/me/cat.png", "cat.png"),
+    ],
+)
+def test_of_a_path_of_another_computer_the_file_that_is_there_is_named(written, there, tmp_path):
+    (tmp_path / there).parent.mkdir(exist_ok=True)
+    (tmp_path / there).touch()
+    assert missing_file(written, tmp_path, "mission") == f"{written!r}; write {there!r}"
 
 
 @pytest.mark.parametrize("text", ["", "-1", "1.0", "²", "٣", " 1", "1_0", "9" * 19, "9" * 5000])
