@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import islice
 
 SHOWN = 20
@@ -64,6 +64,12 @@ def nearest(name: str, known: Collection[str]) -> str:
     """Return the known name that is most like another one; empty if none is, or there are more than 100."""
     close = difflib.get_close_matches(name, known, n=1) if len(known) <= MAX_KNOWN else []
     return close[0] if close else ""
+
+
+def is_foreign(tables: Mapping[str, object], known: Collection[str]) -> bool:
+    """Return whether the tables are those of another program's file: several, none with a known name or nearly one."""
+    named = [name for name, table in tables.items() if isinstance(table, dict | list)]
+    return len(named) == len(tables) > 1 and not any(nearest(name, known) for name in named)
 
 
 def hint(name: str, known: Collection[str]) -> str:

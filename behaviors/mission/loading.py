@@ -22,7 +22,7 @@ from behaviors.mission.robot import ROBOT_VARIABLE, RobotFile, RobotFileError, R
 from behaviors.mission.tables import Mission
 from behaviors.mission.targets import MAX_PICTURES, MAX_TARGETS, Target
 from input_files.json_text import parse_object
-from input_files.mistakes import MistakesError, excerpt, listed
+from input_files.mistakes import MistakesError, excerpt, is_foreign, listed
 from input_files.plain import MEGABYTE, PICTURE_SUFFIXES, InputFileError, at_home, missing_file, read_text
 from input_files.toml_file import read_toml
 
@@ -60,6 +60,14 @@ def load_mission(
     table = _read(path)
     if "mission" not in table and "floor" in table:
         raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
+    if table and table.keys() <= RobotFile.model_fields.keys():
+        raise MissionError(
+            f"{path} is a robot file, not a mission. Missions use it with --robot {shlex.quote(str(path))}"
+        )
+    if is_foreign(table, Mission.model_fields):
+        raise MissionError(
+            f"{path} is not a mission: it has no [mission] and no [target.NAME]. `nxtdrive mission new FILE` writes one."
+        )
     robot_error = None
     try:
         if (described := _robot_file(table, path, robot, default_robot)) is not None:

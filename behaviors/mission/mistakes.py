@@ -12,7 +12,14 @@ from input_files.mistakes import excerpt, hint, key_path, nearest
 from input_files.pydantic_words import words
 from input_files.toml_file import toml_key
 
-UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
+UNITS = {
+    "_mm": "millimetres",
+    "_s": "seconds",
+    "_deg": "degrees",
+    "_mm_s": "millimetres per second",
+    "_deg_s": "degrees per second",
+    "_percent": "percent",
+}
 """What the endings of keys mean."""
 
 

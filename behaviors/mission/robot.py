@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from behaviors.mission.cross_checks import cross_checks
 from behaviors.mission.mistakes import mistakes
 from behaviors.ports import Pose
-from input_files.mistakes import MistakesError, listed
+from input_files.mistakes import MistakesError, is_foreign, listed
 from input_files.plain import InputFileError
 from input_files.toml_file import read_toml
 
@@ -231,6 +231,10 @@ def load_robot_file(path: Path) -> RobotFile:
             raise RobotFileError(
                 f"{path} is {what}, not a robot file. `nxtdrive calibrate --robot FILE` writes a robot file"
             )
+    if is_foreign(tables, RobotFile.model_fields):
+        raise RobotFileError(
+            f"{path} is not a robot file: it has no [robot] and no [camera]. `nxtdrive calibrate --robot FILE` writes one"
+        )
     problems = list(cross_checks(tables, RobotTable().model_dump()))
     try:
         described = RobotFile.model_validate(tables)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import hint, nearest
+from input_files.mistakes import hint, is_foreign, nearest
 from input_files.plain import InputFileError, missing_file
 from sim_backend.bundled import WORLDS, picture_names, world_names
 from sim_backend.toml_file import check, mistakes, read_tables
@@ -33,6 +33,10 @@ def load_world(source: str | Path, *, read_images: bool = False) -> WorldFile:
     tables = read_tables(path)
     if "mission" in tables and "floor" not in tables:
         raise ConfigError(f"{path} is a mission, not a world.", remedy="`nxtdrive world new FILE` writes a world.")
+    if is_foreign(tables, WorldFile.model_fields):
+        raise ConfigError(
+            f"{path} is not a world: it has no [floor] and no [robot].", remedy="`nxtdrive world new FILE` writes one."
+        )
     return parse_world(tables, path, read_images=read_images)
 
 

@@ -93,6 +93,18 @@ def test_a_world_in_place_of_a_mission_is_called_one(tmp_path):
     assert "unknown key" not in said
 
 
+def test_a_robot_file_in_place_of_a_mission_is_called_one(tmp_path):
+    said = _complaint(tmp_path, "[robot]\nradius_mm = 140\n[camera]\ntilt_deg = -5")
+    assert "is a robot file, not a mission. Missions use it with --robot " in said
+
+
+def test_a_file_of_another_program_is_not_checked_key_by_key(tmp_path):
+    said = _complaint(
+        tmp_path, "[build-system]\nrequires = []\n[project]\nname = 'cat'\n[tool.ruff]\nline-length = 120"
+    )
+    assert said.endswith("it has no [mission] and no [target.NAME]. `nxtdrive mission new FILE` writes one.")
+
+
 def test_a_picture_in_place_of_a_mission_is_called_one(tmp_path):
     (cat := tmp_path / "cat.jpg").write_bytes(bytes(300_000))
     with pytest.raises(MissionError, match=r"is a picture, not a mission. `nxtdrive mission new --picture .*cat.jpg"):
@@ -155,6 +167,10 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         (
             '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "yolo"\nmodel = "best.onnx"\nlabel = "cup"',
             "there is no detector 'yolo'; did you mean 'onnx', which has the key model? Else install its package",
+        ),
+        (
+            GOOD + "[adaptive]\nscan_deg_s = 900\n",
+            "adaptive.scan_deg_s: must be 120 or less, not 900 (scan_deg_s is a number in degrees per second)",
         ),
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),

@@ -85,6 +85,10 @@ def test_a_mission_made_by_a_program_takes_a_robot_file_too():
         ("[floor]\nsize_mm = [1, 1]\n[robot]\nstart_mm = [1, 1]\n", r"robot\.toml is a world, not a robot file"),
         ("[[boxes]]\nname = 'a'\n", "boxes"),
         ("[motor]\nleft_reversed = true\n", r"motor: there is no such table; its keys belong in \[robot\]"),
+        (
+            "[project]\nname = 'a'\n[[tool]]\n",
+            r"robot\.toml is not a robot file: it has no \[robot\] and no \[camera\]",
+        ),
         ("no toml", "is not TOML"),
     ],
 )

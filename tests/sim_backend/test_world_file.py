@@ -63,6 +63,12 @@ def test_every_bundled_world_is_good(path):
     assert load_world(path.stem) == load_world(path) == load_world(path.name)
 
 
+def test_a_file_of_another_program_is_not_checked_key_by_key(tmp_path):
+    (tmp_path / "pyproject.toml").write_text("[project]\nname = 'a'\n[tool.ruff]\nline-length = 120\n")
+    with pytest.raises(ConfigError, match=r"pyproject\.toml is not a world: it has no \[floor\] and no \[robot\]\."):
+        load_world(tmp_path / "pyproject.toml")
+
+
 def test_a_mission_in_place_of_a_world_is_called_one(tmp_path):
     (tmp_path / "cat.toml").write_text('[mission]\ntargets = ["cat"]\n')
     with pytest.raises(ConfigError, match=r"cat\.toml is a mission, not a world"):
