@@ -66,7 +66,8 @@ def load_mission(
         )
     if is_foreign(table, Mission.model_fields):
         raise MissionError(
-            f"{path} is not a mission: it has no [mission] and no [target.NAME]. `nxtdrive mission new FILE` writes one."
+            f"{path} is not a mission: it has no [mission] and no [target.NAME]. "
+            "`nxtdrive mission new FILE` writes one."
         )
     robot_error = None
     try:

@@ -233,7 +233,8 @@ def load_robot_file(path: Path) -> RobotFile:
             )
     if is_foreign(tables, RobotFile.model_fields):
         raise RobotFileError(
-            f"{path} is not a robot file: it has no [robot] and no [camera]. `nxtdrive calibrate --robot FILE` writes one"
+            f"{path} is not a robot file: it has no [robot] and no [camera]. "
+            "`nxtdrive calibrate --robot FILE` writes one"
         )
     problems = list(cross_checks(tables, RobotTable().model_dump()))
     try:

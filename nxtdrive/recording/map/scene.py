@@ -87,7 +87,10 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
     """Extract the map's contents from a journal; the mission gives the robot's dimensions."""
     robot, camera = (mission.robot, mission.camera) if mission else (RobotTable(), CameraTable())
     scene, reader, here, stood = MapScene(floor=OccupancyGrid(robot)), EventReader(), START, Pose(math.inf)
+    has_sonar = robot.ultrasonic != 0
     for record in records:
+        if record.kind is RecordKind.SENSOR and record.data.get("sensor") == "sonar":
+            has_sonar = bool(record.data.get("answers"))
         pose = pose_of(record)
         if pose is not None:
             here = pose
@@ -96,18 +99,18 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
                 stood = here
                 scene.floor.clear_footprint(here)
             if record.kind is RecordKind.LOOK:
-                _add_look(scene, record, here, camera)
+                _add_look(scene, record, here, camera, has_sonar=has_sonar)
         event = reader.read(record, here)
         if event:
             scene.events.append(event)
     return scene
 
 
-def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) -> None:
+def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable, *, has_sonar: bool) -> None:
     range_mm = _number(record.data.get("range_mm"))
-    if range_mm is None:
+    if range_mm is None and has_sonar:  # without a sonar, nothing is known about what is ahead
         scene.floor.add_no_echo(here)
-    else:
+    elif range_mm is not None:
         scene.echoes.append(here.ahead(scene.floor.sonar_forward_mm + range_mm))
         scene.floor.add_echo(here, range_mm)
     place = sighted_at(record, here, camera)

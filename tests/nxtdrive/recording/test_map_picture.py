@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from itertools import combinations
 from typing import ClassVar
@@ -130,6 +131,22 @@ def test_sightings_and_echoes_are_where_the_robot_saw_them():
     assert scene.echoes == [(600.0, 0.0)]
     # 90 degrees to the right of a robot that looks along x is along y
     assert scene.sightings["lena"] == [pytest.approx((300.0, 1000.0))]
+
+
+def test_a_sonar_that_does_not_answer_shows_no_free_floor():
+    mute, answers = (
+        Record(0.1, RecordKind.SENSOR, "search", "lena", {"sensor": "sonar", "answers": answers, "error": ""})
+        for answers in (False, True)
+    )
+    look = _look(0.5, "search", [0.0, 0.0, 0.0])
+    heard = gather([START, look]).cells(-math.inf, -0.1)
+    footprint = gather([START, mute, look]).cells(-math.inf, -0.1)
+    assert len(footprint) < len(heard), "only where the robot stood"
+    assert max(x_mm for x_mm, _ in footprint) < 200.0
+    assert gather([START, mute, answers, look]).cells(-math.inf, -0.1) == heard
+    mission = read_mission_file(None)
+    mission = mission.model_copy(update={"robot": mission.robot.model_copy(update={"ultrasonic": 0})})
+    assert gather([START, look], mission).cells(-math.inf, -0.1) == footprint
 
 
 def test_a_single_false_sighting_far_away_does_not_make_the_room_small():
