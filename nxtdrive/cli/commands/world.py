@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
+import shutil
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -84,7 +86,7 @@ def _show(args: argparse.Namespace) -> int:
 
     world = load_world(args.file)
     if args.out is None:
-        write_text(sketch(world))
+        write_text(sketch(world, shutil.get_terminal_size().columns if sys.stdout.isatty() else None))
         return DONE
     check_not_read(args.out, *image_files(world))
     write_output(args.out, encoded(draw(world), args.out))

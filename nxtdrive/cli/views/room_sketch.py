@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 COLUMNS = ROWS = 72
 """Largest size of the map."""
+LEAST_COLUMNS = 20
+"""The map has at least this width, in however narrow a terminal."""
+FRAME_COLUMNS = 2
 ASPECT = 2.0
 """Height of a character divided by its width."""
 MAX_STEPS = 4 * COLUMNS
@@ -29,10 +32,16 @@ PAINT_LETTERS = {"black": "k", "blue": "b", "green": "g", "yellow": "y", "red": 
 OTHER_PAINT = "x"
 
 
-def sketch(world: WorldFile) -> str:
-    """Return the room as text: the map, and below it a list of the objects."""
+def sketch(world: WorldFile, width: int | None = None) -> str:
+    """Return the room as text: the map, and below it a list of the objects.
+
+    Args:
+        world: The room.
+        width: Columns that a line of the map may have; None for as many as it needs.
+    """
     width_mm, depth_mm = world.floor.size_mm
-    room = _Map(width_mm, depth_mm)
+    columns = COLUMNS if width is None else max(LEAST_COLUMNS, min(COLUMNS, width - FRAME_COLUMNS))
+    room = _Map(width_mm, depth_mm, columns)
     for patch in world.patches:
         for point in _covered(patch, room.cell_mm):
             if 0 <= point[0] <= width_mm and 0 <= point[1] <= depth_mm:
@@ -63,10 +72,11 @@ class _Map:
     Args:
         width_mm: Of the room.
         depth_mm: Of the room.
+        columns: The map has at most so many.
     """
 
-    def __init__(self, width_mm: float, depth_mm: float) -> None:
-        self.cell_mm = max(width_mm / COLUMNS, depth_mm / ASPECT / ROWS)
+    def __init__(self, width_mm: float, depth_mm: float, columns: int) -> None:
+        self.cell_mm = max(width_mm / columns, depth_mm / ASPECT / ROWS)
         self._columns = max(3, round(width_mm / self.cell_mm))
         rows = max(3, round(depth_mm / self.cell_mm / ASPECT))
         self._text = [[" "] * self._columns for _ in range(rows)]

@@ -228,6 +228,17 @@ def test_a_room_is_drawn_as_text_with_all_names_and_its_size(name, capsys):
     assert max(map(len, drawing.splitlines())) <= 80
 
 
+@pytest.mark.parametrize(("columns", "widest"), [(40, 40), (5, 22), (200, 74)])
+def test_a_room_is_drawn_as_text_no_wider_than_the_terminal(columns, widest, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert main(["world", "show", "arena"]) == DONE
+    text = capsys.readouterr().out
+    drawing = text[: text.rindex("+") + 1]
+    assert {len(line) for line in drawing.splitlines()} == {widest}
+    assert "<lena" in drawing
+
+
 def test_a_room_is_drawn_as_an_image(capsys):
     assert main(["world", "show", "arena", "--out", "arena.png"]) == DONE
     image = cv2.imread("arena.png")
