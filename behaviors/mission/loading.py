@@ -58,17 +58,7 @@ def load_mission(
         MissionError: A file cannot be read or has mistakes; the message lists all of them.
     """
     table = _read(path)
-    if "mission" not in table and "floor" in table:
-        raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
-    if table and table.keys() <= RobotFile.model_fields.keys():
-        raise MissionError(
-            f"{path} is a robot file, not a mission. Missions use it with --robot {shlex.quote(str(path))}"
-        )
-    if is_foreign(table, Mission.model_fields):
-        raise MissionError(
-            f"{path} is not a mission: it has no [mission] and no [target.NAME]. "
-            "`nxtdrive mission new FILE` writes one."
-        )
+    _refuse_other_kinds(table, path)
     robot_error = None
     try:
         if (described := _robot_file(table, path, robot, default_robot)) is not None:
@@ -95,6 +85,25 @@ def load_mission(
     found = chain(mistakes(invalid, Mission) if invalid else (), problems)
     number, *lines = listed((mistake_count(invalid) if invalid else 0) + len(problems), found)
     raise MissionError(f"{path}: {number}", lines)
+
+
+def _refuse_other_kinds(table: dict[str, Any], path: Path) -> None:
+    """Refuse a world, a robot file, and a file of another program.
+
+    Raises:
+        MissionError: It is one of these.
+    """
+    if "mission" not in table and "floor" in table:
+        raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
+    if table and table.keys() <= RobotFile.model_fields.keys():
+        raise MissionError(
+            f"{path} is a robot file, not a mission. Missions use it with --robot {shlex.quote(str(path))}"
+        )
+    if is_foreign(table, Mission.model_fields):
+        raise MissionError(
+            f"{path} is not a mission: it has no [mission] and no [target.NAME]. "
+            "`nxtdrive mission new FILE` writes one."
+        )
 
 
 def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, default: Path | None) -> RobotFile | None:

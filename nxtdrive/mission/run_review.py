@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shlex
 from collections import Counter
@@ -113,7 +112,8 @@ class RunReview:
         robot = self._mission.robot
         wrong = {key: fits[0] for key, fits in build.items() if fits and not _describes(getattr(robot, key), fits)}
         if wrong:
-            keys = ", ".join(f"{key} = {json.dumps(value)}" for key, value in wrong.items())
+            texts = {key: f'"{fits}"' if isinstance(fits, str) else f"{fits:g}" for key, fits in wrong.items()}
+            keys = ", ".join(f"{key} = {text}" for key, text in texts.items())
             self._add_hint(
                 f"The robot of this world is not built as the mission says. Write {keys} into [robot] of the mission "
                 "or of its robot file, or change [robot] of the world."

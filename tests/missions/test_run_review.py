@@ -316,7 +316,10 @@ track_mm = 118
         ({"left": "A", "ultrasonic": 2, "wheel_diameter_mm": 80.0}, []),
         ({"left": "A", "ultrasonic": 3, "wheel_diameter_mm": 80.0}, []),  # the second one
         ({"left": "A", "ultrasonic": 0, "wheel_diameter_mm": 80.0}, []),  # the mission uses none
-        ({"left": "A", "ultrasonic": 2, "wheel_diameter_mm": 80.0, "axle_track_mm": 150.0}, ["axle_track_mm = 118"]),
+        (
+            {"left": "A", "ultrasonic": 2, "wheel_diameter_mm": 80.0, "axle_track_mm": 150.0},
+            ["axle_track_mm = 118 into"],
+        ),
     ],
 )
 def test_a_simulated_robot_that_is_built_otherwise_than_the_mission_says_is_reported_at_the_start(
