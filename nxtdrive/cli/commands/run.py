@@ -204,7 +204,7 @@ def _say_nothing(_text: str) -> None:
 
 def _say_failure(name: str, error: str) -> None:
     with suppress(OSError):
-        write_error(f"{name} failed and is left out; the mission does not need it: {error}")
+        write_error(f"{name} failed and is incomplete or missing; the mission does not need it: {error}")
 
 
 def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:

@@ -121,7 +121,7 @@ def test_pictures_that_cannot_be_written_are_reported(tmp_path, small):
     run = _run_with_small_files([word for word in _command(small) if word not in without], tmp_path)
     assert run.returncode == INCOMPLETE
     assert "camera/" in _summary(tmp_path)["observer_failures"]
-    assert run.stderr.count("camera/ failed and is left out; the mission does not need it") == 1
+    assert run.stderr.count("camera/ failed and is incomplete or missing; the mission does not need it") == 1
     assert not (_folder(tmp_path) / "camera.webm").exists()
 
 
