@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from behaviors.ports import Pose
@@ -47,6 +48,8 @@ RANGE_DASH = (6, 5)
 BOARD_SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
 ARROW_MM = (30.0, 60.0, 90.0)
 """Where on a picture's board and on its arrow names should not be."""
+SIDE_POINTS = 8
+"""Of each side of a box, where names should not be: in the middle of a large box they may."""
 ROUND = 48
 """Corners of a dashed circle."""
 
@@ -63,6 +66,7 @@ def room_page(world: WorldFile) -> Page:
     arrows = [Pose(*each.at_mm, each.facing_deg).ahead(far_mm) for each in world.pictures for far_mm in ARROW_MM]
     boards = [outline_of_picture(picture) for picture in world.pictures]
     busy = [point for board in boards for share in BOARD_SHARES for point in board.points(share)]
+    busy += [point for box in world.boxes if box.present for point in _sides(outline_of_box(box).points(1.0))]
     return Page(
         title=world.title or "A room",
         subtitle=f"{width_mm:g} x {depth_mm:g} mm",
@@ -73,6 +77,13 @@ def room_page(world: WorldFile) -> Page:
         tags=tags,
         avoid=[world.robot.start_mm, *(tag.place for tag in tags), *arrows, *busy],
     )
+
+
+def _sides(corners: Sequence[Point]) -> Iterator[Point]:
+    """Yield points on the sides of a polygon."""
+    for (x0, y0), (x1, y1) in pairwise([*corners, corners[0]]):
+        for share in (i / SIDE_POINTS for i in range(SIDE_POINTS)):
+            yield x0 + share * (x1 - x0), y0 + share * (y1 - y0)
 
 
 def _area(world: WorldFile) -> Area:

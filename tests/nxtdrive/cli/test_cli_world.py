@@ -16,7 +16,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.views.room_picture import NO_ECHO, room_page
 from nxtdrive.drawing.floor_view import FloorView
-from nxtdrive.drawing.page import draw_page
+from nxtdrive.drawing.page import draw_page, place_tags
 from nxtdrive.drawing.sheet import Sheet
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.camera.textures import TextureLibrary
@@ -330,6 +330,16 @@ def _painted(world):
     view = FloorView(sheet, page.area, page.axes, (0.0, 0.0), (1000.0, 800.0))
     page.paint(view)
     return page, (sheet.finished(), view)
+
+
+def test_the_name_of_a_small_box_hides_none_of_its_corners():
+    box = "[[boxes]]\nname = 'shoe box'\nat_mm = [1800, 2600]\nsize_mm = [330, 200]\nheight_mm = 60\n"
+    Path("box.toml").write_text(f"[floor]\nsize_mm = [5000, 4000]\n[robot]\nstart_mm = [800, 2000]\n{box}", "utf-8")
+    page = room_page(load_world("box.toml"))
+    view = FloorView(Sheet(1000, 800), page.area, page.axes, (0.0, 0.0), (1000.0, 800.0))
+    [(left, top, right, bottom)] = place_tags(view, page)
+    corners = view.all_at([(1800 + x, 2600 + y) for x in (-165, 165) for y in (-100, 100)])
+    assert not any(left < x < right and top < y < bottom for x, y in corners)
 
 
 @pytest.mark.parametrize("command", ["mission", "world"])
