@@ -159,7 +159,7 @@ class InputPort:
             self._set_pins()
             levels = self.pins.level(0) | self.pins.level(1) << 1
             self.pins_in = self.pins_in & ~_PINS | levels
-            self.zero_divisions += not self.custom_full_scale
+            self.zero_divisions += not self.custom_full_scale and raw >= self.custom_zero_offset
             self._scale(full_scale(raw, self.custom_zero_offset, self.custom_full_scale))
         else:
             normalize = NORMALIZE.get(self.type)

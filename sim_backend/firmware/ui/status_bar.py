@@ -50,8 +50,13 @@ class StatusBar:
     ) -> None:
         self._clock, self._registers, self._battery, self._files = clock, registers, battery, files
         self._radio, self._screen = radio, screen
+        self._sign_began = 0
         self.icons = bytes((_BLUETOOTH + RadioState.VISIBLE, 0))
         self.preset()
+
+    def restart(self) -> None:
+        """Let the running sign begin with the first sample, as at power-on."""
+        self._sign_began = 0
 
     def preset(self) -> None:
         """Show the icons as they were drawn at power-on."""
@@ -84,14 +89,16 @@ class StatusBar:
 
     def _now(self) -> bytes:
         registers, battery = self._registers, self._battery
-        running = battery.samples(self._clock.now_ms) % _STEPS if registers.run_state else 0
+        samples = battery.samples(self._clock.now_ms)
+        if not registers.run_state:
+            self._sign_began = samples
         radio = self._radio.shown_state & _RADIO_STATES
         bluetooth, charge = _BLUETOOTH + radio, battery.shown_bars
         charge += _RECHARGEABLE_BATTERY if battery.raw & RECHARGEABLE else _BATTERY
         icons = (
             bluetooth if radio < _ICONS else self.icons[0],
             _USB + registers.usb_state,
-            1 + running,
+            1 + (samples - self._sign_began) % _STEPS,
             charge if battery.bars < _ICONS else self.icons[-1],
         )
         return bytes(icon & 0xFF for icon in icons)

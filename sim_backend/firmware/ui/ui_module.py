@@ -354,6 +354,7 @@ class UiModule:
         self._warning.allow()
         registers.run_state, registers.error = 1, 0
         self.battery.restart(now_ms - 1)
+        self.status_bar.restart()
         registers.off_ms, self._screen.on = NEVER, True
         self._menu.reset()
 
