@@ -184,9 +184,9 @@ class SoundModule:
         self._loader.close(search)
         if not found.size:
             self._loader.open_read(found.name)
-            self._silence()
-            if interrupts:
-                self.tone = None
+            if self.mode != SoundMode.LOOP:
+                self._silence()
+                self.tone = None if interrupts else self.tone
             return
         self._close_file()
         _, handle, size = self._loader.open_read(found.name)

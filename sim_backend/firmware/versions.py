@@ -23,7 +23,7 @@ class Version:
         major: As GetVersions reports it.
         minor: As GetVersions reports it.
         commands_since: The firmware versions whose commands it has (docs/protocol.md marks them).
-        data_log: Whether the main menu has an item for the data log.
+        data_log: Whether the main menu has an item for the data log, whose files are .log (else .rdt).
         enter_keeps_program: Whether exit does not stop a program when it is pressed together with enter.
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.

@@ -46,7 +46,7 @@ class FileRunner:
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._screen = clock, registers, keys, menu, screen
         self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
-        self._known = (*states.KNOWN, states.LOG) if data_log else states.KNOWN
+        self._known = (*states.KNOWN, states.LOG if data_log else states.OLD_LOG)
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
         self._hidden_ms: int | None = None

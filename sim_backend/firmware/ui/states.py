@@ -59,11 +59,11 @@ STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
 RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
-PROGRAMS, SOUND, ON_BRICK, LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".log"
+PROGRAMS, SOUND, ON_BRICK, LOG, OLD_LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".log", ".rdt"
 """Files that can be started. Programs made on the brick and logs do not run: the message after them is shown."""
 
 KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
-"""Those of all versions; 1.05 does not know logs."""
+"""Those of all versions; logs have another extension in 1.05."""
 
 STARTING: dict[int, tuple[UiState, int]] = {
     UiState.LOGO: (UiState.MELODY, 897),
