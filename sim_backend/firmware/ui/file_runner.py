@@ -251,12 +251,12 @@ class FileRunner:
             if self._steps:
                 self._screen.mark(marks.OPENS_STEPS)
                 self._parts, self._run = [*self._menu.program.drawn_file], Run.STEPS
-        elif not self._keys.read_silently():
-            self._run = Run.LOG
         else:
-            self._keys.click()
-            self._begin_message(now_ms)
-            self._open_menu()
+            self._run = Run.LOG
+            if self._keys.read_silently():
+                self._keys.click()
+                self._begin_message(now_ms)
+                self._open_menu()
 
     def _draw_steps(self) -> None:
         """Draw the next part of a program made on the brick, for which a file is missing."""
@@ -284,9 +284,10 @@ class FileRunner:
 
     def _begin_message(self, now_ms: int) -> None:
         registers = self._registers
-        if not self._programs.active:  # it goes on if only its status was written
-            registers.clear(states.RUNNING_FLAGS)
-        registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
+        if self._run is not Run.LOG:
+            if not self._programs.active:  # it goes on if only its status was written
+                registers.clear(states.RUNNING_FLAGS)
+            registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         self._run, self.count = Run.MESSAGE, None
         registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 

@@ -114,7 +114,8 @@ class ProgramSteps:
     @property
     def holds(self) -> Mapping[int, Callable[[], bool]]:
         """What holds a pass of the drawing when it runs, by the number of the pass."""
-        return {marks.STARTED_WITH - 1: self.waits, marks.STARTED_WITH + 1: self.runs}
+        start = marks.STARTED_WITH
+        return {start - 1: self.waits, start: self.waits_for_status, start + 1: self.runs}
 
     @property
     def actions(self) -> Mapping[int, Callable[[], None]]:
@@ -124,6 +125,10 @@ class ProgramSteps:
     def waits(self) -> bool:
         """Return whether its start waits for the end of a sound."""
         return bool(self._sound.state)
+
+    def waits_for_status(self) -> bool:
+        """Return whether its start waits for ProgStatus to be 0."""
+        return self._programs.status != ProgramStatus.IDLE
 
     def runs(self) -> bool:
         """Return whether a file that runs it was there, and it has not ended."""
