@@ -21,6 +21,9 @@ from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
 from sim_backend.firmware.ui.states import Programs, Run, UiState
 
+_BEFORE_LOG = 3
+"""Passes that a log counts before those since state 14 began."""
+
 
 class FileRunner:
     """Opens, runs and ends a file that a telegram, the map or the menu has requested.
@@ -48,7 +51,7 @@ class FileRunner:
         self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
         self._known = (*states.KNOWN, states.LOG if data_log else states.OLD_LOG)
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
-        self._begun_ms = self._opened_ms = self._message_ends_ms = 0
+        self._begun_ms = self._opened_ms = self._message_ends_ms = self._log_count = self._odd = 0
         self._hidden_ms: int | None = None
         self.count: int | None = times.MELODY_PASSES
         self._steps, self._parts, self.paused = b"", list[Marks](), False
@@ -72,12 +75,16 @@ class FileRunner:
     @property
     def melody_ms(self) -> int:
         """How long a state 3 written now lasts: it continues the count of what was shown last."""
-        count = self.count if self.count is not None else self._message_count
-        return max(times.MELODY_PASSES - count, 0)
+        return max(times.MELODY_PASSES - self._passes, 0)
+
+    @property
+    def _passes(self) -> int:
+        """The count of the message that is shown, or as the last one has left it."""
+        return self.count if self.count is not None else self._message_count
 
     @property
     def _message_count(self) -> int:
-        return 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
+        return times.MESSAGE_PASSES - 2 * (self._message_ends_ms - self._clock.now_ms) + self._odd
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
@@ -169,7 +176,8 @@ class FileRunner:
                 registers.next_step_ms = now_ms + 1
             case Run.LOG:
                 self._begin_message(now_ms)
-                self._message_ends_ms = now_ms + max(1, (times.LOG_MS - (now_ms - self._begun_ms)) // 2)
+                if now_ms >= self._message_ends_ms:
+                    self._open_menu()
             case _:
                 self._screen.mark(marks.MESSAGE)
                 self._begin_message(now_ms)
@@ -252,10 +260,13 @@ class FileRunner:
                 self._screen.mark(marks.OPENS_STEPS)
                 self._parts, self._run = [*self._menu.program.drawn_file], Run.STEPS
         else:
-            self._run = Run.LOG
-            if self._keys.read_silently():
+            self._run, key = Run.LOG, self._keys.read_silently()
+            self._log_count = self._passes + now_ms - self._begun_ms + _BEFORE_LOG
+            if key:
                 self._keys.click()
+            if key or self._log_count > times.MESSAGE_PASSES:
                 self._begin_message(now_ms)
+                self.count = self._log_count - 2
                 self._open_menu()
 
     def _draw_steps(self) -> None:
@@ -284,12 +295,14 @@ class FileRunner:
 
     def _begin_message(self, now_ms: int) -> None:
         registers = self._registers
+        count = self._log_count
         if self._run is not Run.LOG:
+            count = 0
             if not self._programs.active:  # it goes on if only its status was written
                 registers.clear(states.RUNNING_FLAGS)
             registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
-        self._run, self.count = Run.MESSAGE, None
-        registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
+        self._run, self.count, registers.next_step_ms = Run.MESSAGE, None, now_ms + 1
+        self._message_ends_ms, self._odd = now_ms + (times.MESSAGE_PASSES + 1 - count) // 2, count % 2
 
     def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""

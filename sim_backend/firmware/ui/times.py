@@ -9,12 +9,6 @@ NO_KEYS_MS = 251
 EMPTY_FOUND_MS = 2
 """Time from a sample without bars until the start shows an empty battery."""
 
-MESSAGE_MS = 750
-"""How long the display shows the end of a program."""
-
-LOG_MS = 499
-"""How long a data log is run, in which the passes of its message count twice."""
-
 REPORT_MS = 2625
 """How long the display shows a message of the radio, from its last part on."""
 
@@ -34,6 +28,6 @@ PLAYING_MS = 125
 """Interval at which the picture of a running file changes."""
 
 MESSAGE_PASSES = 1500
-"""The count at which state 14 ends while the brick is off."""
+"""The count at which the message about a file's end is over, which the brick's state 14 counts on while it is off."""
 MELODY_PASSES = 1000
 """The count of passes at which state 3 ends, which the message about a file's end counts twice in each pass."""
