@@ -101,9 +101,19 @@ class FileRunner:
         self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
         self.count = times.MELODY_PASSES
 
+    def ends(self, now_ms: int) -> bool:
+        """Return whether this pass leads back to the menu, which loses a request."""
+        if not self._registers.runs_file or now_ms < self._registers.next_step_ms:
+            return False
+        if self._run is Run.DRAWING:
+            return not self._screen.drawing and extension(self._file) not in self._known
+        return self._run is Run.MESSAGE and now_ms >= self._message_ends_ms
+
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
         registers, now_ms = self._registers, self._clock.now_ms
+        if self.shows_message:
+            self.count = self._message_count - 1  # this pass does not count
         registers.set(UiFlag.BUSY)
         registers.state, registers.next_step_ms, self._has_page = int(UiState.OPENING), now_ms + 1, True
         self._io_control.stays_on = False

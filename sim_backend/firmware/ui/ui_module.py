@@ -300,9 +300,9 @@ class UiModule:
         """Begin with a requested file, or take the next step of the state."""
         registers = self.registers
         self._menu_keys.end_page()
-        begins = self._menu.begins or (registers.runs_file and not self._files.has_begun)
+        steps = self._menu.begins or (registers.runs_file and not self._files.has_begun) or self._files.ends(now_ms)
         loads = registers.starting and registers.state == UiState.START
-        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or begins):
+        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or steps):
             registers.starting = False
             self._files.begin()
         elif now_ms >= registers.next_step_ms:
