@@ -114,6 +114,8 @@ class FileRunner:
         registers, now_ms = self._registers, self._clock.now_ms
         if self.shows_message:
             self.count = self._message_count - 1  # this pass does not count
+        elif registers.runs_file:
+            self.count = self._passes + now_ms - self._begun_ms
         registers.set(UiFlag.BUSY)
         registers.state, registers.next_step_ms, self._has_page = int(UiState.OPENING), now_ms + 1, True
         self._io_control.stays_on = False
@@ -274,7 +276,7 @@ class FileRunner:
             self._log_count = self._passes + now_ms - self._begun_ms + _BEFORE_LOG
             if key:
                 self._keys.click()
-            if key or self._log_count > times.MESSAGE_PASSES:
+            if key or self._log_count > times.MESSAGE_PASSES + 1:  # this pass has counted once
                 self._begin_message(now_ms)
                 self.count = self._log_count - 2
                 self._open_menu()
