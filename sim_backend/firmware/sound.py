@@ -184,6 +184,7 @@ class SoundModule:
         self._loader.close(search)
         if not found.size:
             self._loader.open_read(found.name)
+            self._close_file()
             if self.mode != SoundMode.LOOP:
                 self._silence()
                 self.tone = None if interrupts else self.tone
