@@ -147,8 +147,14 @@ class IOMap:
         return IOMapVariable(self.module_id, found.offset + index * found.stride, found.size, found.wire)
 
     def between(self, first: str, last: str, index: int = 0) -> IOMapVariable:
-        """Return the range from one field to another, inclusive, as raw bytes for a single access."""
+        """Return the range from one field to another, inclusive, as raw bytes for a single access.
+
+        Raises:
+            LocalProtocolError: There is no such field, or `last` comes before `first`.
+        """
         start, end = self.field(first, index), self.field(last, index)
+        if end.offset < start.offset:
+            raise LocalProtocolError(f"{last} comes before {first} in {self.name}.")
         size = end.offset + end.size - start.offset
         return IOMapVariable(self.module_id, start.offset, size, Block(size))
 

@@ -65,6 +65,11 @@ def test_a_stretch_is_one_access():
     assert stretch.write(bytes(8)).size == 8
 
 
+def test_a_stretch_begins_with_its_first_field():
+    with pytest.raises(LocalProtocolError, match="Flags comes before RunState in Output"):
+        OUTPUT.between("RunState", "Flags")
+
+
 def test_a_whole_map_is_decoded():
     """Source: tests/golden/firmware.jsonl, scenario iomap_read."""
     ui = UI.decode(bytes.fromhex("c0ec06084a1e0000000000000000000000000000000000000000800700010401020a000004000000"))
