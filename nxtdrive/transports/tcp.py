@@ -33,7 +33,11 @@ def connect(address: Address, timeout_s: float) -> socket.socket:
     host, port = _split(address)
     try:
         connection = socket.create_connection((host, port), timeout=timeout_s)
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # fails on macOS if the server has left
+        try:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # fails on macOS if the server has left
+        except BaseException:
+            connection.close()
+            raise
     except (OSError, UnicodeError) as error:
         raise BrickNotFound(
             f"no brick is served at {host}:{port}: {getattr(error, 'strerror', None) or error}.",

@@ -248,6 +248,16 @@ def test_a_missing_server_means_no_brick():
         open_transport("tcp://127.0.0.1:1", timeout_s=0.5)
 
 
+def test_a_connection_that_cannot_be_set_up_is_closed(mocker):
+    """macOS refuses options of a socket whose peer has left."""
+    connection = mocker.patch("socket.create_connection").return_value
+    connection.setsockopt.side_effect = OSError(errno.EINVAL, "Invalid argument")
+
+    with pytest.raises(BrickNotFound, match="Invalid argument"):
+        open_transport("tcp://host")
+    connection.close.assert_called_once_with()
+
+
 @pytest.mark.parametrize(
     ("address", "place"),
     [
