@@ -12,14 +12,12 @@ import threading
 from collections.abc import Generator, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkLost, LocalProtocolError
-
-if TYPE_CHECKING:
-    from nxtdrive.link.threads import Lock
-    from nxtdrive.transports.base import Transport
+from nxtdrive.link.threads import Lock
+from nxtdrive.transports.base import Transport
 
 R = TypeVar("R")
 Steps = Generator[float, None, R]

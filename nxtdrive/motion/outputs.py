@@ -13,15 +13,12 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.iomap import OUTPUT, OutputFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead, IOMapWrite
-
-if TYPE_CHECKING:
-    from nxtdrive.link.link import Link
+from nxtdrive.link.link import Link
 
 FULL_SPEED_DEG_S = 100 / 0.101
 """Regulated speed at 100 %: 100 counts of one degree per regulation period of 101 ms. Source: docs/firmware.md 9.6."""
