@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from behaviors.ports import StopReason
-from nxtdrive.motion.stall import STALL_S, StallDetector
+from nxtdrive.motion.stall import StallDetector
 
 CREEP_DEG_S = 60.0
 """Speed of the last stretch: six counts per regulation period."""
@@ -32,14 +32,12 @@ class BrakePredictor:
 
     Args:
         stall_s: A wheel that has not moved for this time is stalled.
-        weights: One weight per wheel in their mean; equal by default.
+        weights: One weight per wheel in their mean.
         creep_deg_s: Speed of the last stretch of this motion: `CREEP_DEG_S`, or that of the whole motion if it is
             slower.
     """
 
-    def __init__(
-        self, stall_s: float = STALL_S, weights: Sequence[float] = (), creep_deg_s: float = CREEP_DEG_S
-    ) -> None:
+    def __init__(self, stall_s: float, weights: Sequence[float], creep_deg_s: float) -> None:
         self._stall_s = stall_s
         self._weights = weights
         self._creep_deg_s = creep_deg_s
@@ -51,8 +49,7 @@ class BrakePredictor:
 
     def update(self, time_s: float, remaining_deg: Sequence[float]) -> None:
         """Add a reading: its time, and each wheel's degrees to the goal."""
-        weights = self._weights or [1.0] * len(remaining_deg)
-        mean_deg = sum(weight * each for weight, each in zip(weights, remaining_deg, strict=True)) / sum(weights)
+        mean_deg = weighted_mean(remaining_deg, self._weights)
         if not self._wheels:
             self._first_deg, self._began_s, self._direction = mean_deg, time_s, math.copysign(1, mean_deg)
             self._wheels = [StallDetector(self._stall_s) for _ in remaining_deg]
@@ -94,3 +91,8 @@ class BrakePredictor:
     def stalled(self) -> StopReason | None:
         """Return STALLED if any wheel has not moved for `stall_s`."""
         return StopReason.STALLED if any(wheel.stalled for wheel in self._wheels) else None
+
+
+def weighted_mean(values: Sequence[float], weights: Sequence[float]) -> float:
+    """Return the mean of values with one weight each."""
+    return sum(weight * value for weight, value in zip(weights, values, strict=True)) / sum(weights)

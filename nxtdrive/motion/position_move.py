@@ -8,18 +8,16 @@ the lease lies just behind the goal, so that after a pause of the computer the m
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import LinkError
 from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Cancelled, Steps
-from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor
-from nxtdrive.motion.lease import LEASE_S, Lease, brake_all
+from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor, weighted_mean
+from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.outputs import Sample, sample
 from nxtdrive.motion.stall import STALL_S
 
@@ -121,12 +119,13 @@ class PositionMove:
         *,
         guard: Guard = unguarded,
         on_reading: Callable[[Sample], None] = lambda _: None,
-        lease_s: float = LEASE_S,
+        lease_s: float,
         stall_s: float = STALL_S,
     ) -> None:
         self._link = link
         self._wheels = wheels
         self._ports = [wheel.port for wheel in wheels]
+        self._weights = [abs(wheel.ratio) for wheel in wheels]
         self._profile = profile
         self._guard = guard
         self._on_reading = on_reading
@@ -149,18 +148,12 @@ class PositionMove:
             LinkError: The brick cannot be reached; the motors were braked if possible, else the lease runs out.
         """
         try:
-            return (yield from self._run(angle_deg, start))
+            with stopping_on_error(self._brake):
+                return (yield from self._run(angle_deg, start))
         except Cancelled:
-            with contextlib.suppress(LinkError):
-                self.brake()
             return StopReason.CANCELLED
-        except BaseException:
-            with contextlib.suppress(LinkError):
-                self.brake()
-            raise
 
-    def brake(self) -> None:
-        """Stop all wheels now."""
+    def _brake(self) -> None:
         brake_all(self._leases)
 
     def _run(self, angle_deg: float, start: Sample | None) -> Steps[StopReason]:
@@ -169,7 +162,7 @@ class PositionMove:
         remaining_deg = angle_deg
         for _ in range(1 + CORRECTIONS):
             stop = yield from self._approach(remaining_deg)
-            self.brake()
+            self._brake()
             remaining_deg = yield from self._settle()
             if stop is not None:
                 return stop
@@ -180,8 +173,7 @@ class PositionMove:
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns None, or the reason to end earlier."""
         link = self._link
-        weights = [abs(wheel.ratio) for wheel in self._wheels]
-        progress = BrakePredictor(self._stall_s, weights, self._profile.creep_deg_s)
+        progress = BrakePredictor(self._stall_s, self._weights, self._profile.creep_deg_s)
         deadline = link.now() + self._profile.duration_s(abs(angle_deg))
         near = driven = False
         while True:
@@ -235,7 +227,6 @@ class PositionMove:
             began = link.now()
             _, remaining_deg = self._read_wheels()
             if remaining_deg == before or began >= deadline:
-                weights = [abs(wheel.ratio) for wheel in self._wheels]
-                return sum(weight * each for weight, each in zip(weights, remaining_deg, strict=True)) / sum(weights)
+                return weighted_mean(remaining_deg, self._weights)
             before = remaining_deg
             yield began + 2 * CYCLE_S
