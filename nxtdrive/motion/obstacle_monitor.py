@@ -144,12 +144,12 @@ class ObstacleMonitor:
         if not self._settings.enabled:
             return None
         if request:
-            sonar = self._sonar is not None and self.uses_sonar and not self.sonar_health.lost
-            self._bumper_turn = self._pressed or not sonar or (self._bumper is not None and not self._bumper_turn)
-            if self._bumper_turn:
+            sonar = self._sonar if self.uses_sonar and not self.sonar_health.lost else None
+            self._bumper_turn = self._pressed or sonar is None or (self._bumper is not None and not self._bumper_turn)
+            if sonar is None or self._bumper_turn:
                 self.touching()
             else:
-                self._poll_sonar(pose)
+                self._poll_sonar(sonar, pose)
         return StopReason.CONTACT if self._pressed else self._stop_reason(pose)
 
     def forget_echoes(self) -> None:
@@ -162,19 +162,17 @@ class ObstacleMonitor:
             return None
         return StopReason.OBSTACLE if echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
-    def _poll_sonar(self, pose: Pose) -> None:
+    def _poll_sonar(self, sonar: Ultrasonic, pose: Pose) -> None:
         """Fetch the measurement that was started last time, and start the next."""
-        if self._sonar is None:
-            return
         try:
             if self._started is not None:
-                there, distance_mm = self._sonar.poll()
+                there, distance_mm = sonar.poll()
                 if there:
                     self._echo = Echo(distance_mm, self._started.time_s, self._started.pose)
                     self.sonar_health.worked()
                 elif self._link.now() - self._started.time_s < self._forgotten_s:
                     return
-            self._sonar.start()
+            sonar.start()
             self._started = Echo(None, self._link.now(), pose)
         except SENSOR_ERRORS as error:
             self._started = None
