@@ -10,6 +10,7 @@ from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LocalProtocolError
 
 T = TypeVar("T")
+N = TypeVar("N", bound=float)
 
 MotorPort = Literal["A", "B", "C"]
 SensorPort = Literal[1, 2, 3, 4]
@@ -43,7 +44,7 @@ def input_port(number: int) -> InputPort:
     return _INPUTS[number]
 
 
-def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
+def in_range(name: str, value: N, minimum: float, maximum: float) -> N:
     """Return `value` if it is in range.
 
     Raises:

@@ -50,4 +50,4 @@ class Speaker:
 
     @volume.setter
     def volume(self, level: int) -> None:
-        self._link.request(SetProperty.volume(int(in_range("volume", of_type("volume", level, int), 0, LOUDEST))))
+        self._link.request(SetProperty.volume(in_range("volume", of_type("volume", level, int), 0, LOUDEST)))

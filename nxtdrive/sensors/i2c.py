@@ -49,7 +49,7 @@ class I2CSensor(Sensor):
     def __init__(self, link: Link, port: SensorPort, address: int | None = None) -> None:
         super().__init__(link, port)
         if address is not None:
-            self.address = int(in_range("address", of_type("address", address, int) & ~1, 0x02, 0xFE))
+            self.address = in_range("address", of_type("address", address, int) & ~1, 0x02, 0xFE)
         self._dirty = True
 
     def read(self, register: int, size: int) -> bytes:
@@ -170,7 +170,7 @@ class I2CSensor(Sensor):
 
 
 def _byte(name: str, value: int) -> int:
-    return int(in_range(name, of_type(name, value, int), 0, 0xFF))
+    return in_range(name, of_type(name, value, int), 0, 0xFF)
 
 
 class _Unanswered(SensorTimeout):
