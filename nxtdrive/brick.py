@@ -179,9 +179,9 @@ class Brick:
 
     def screenshot(self) -> Picture:
         """Read the display: (64, 100) booleans, row 0 on top, true where a pixel is black."""
-        from nxtdrive.onboard.display import Display
+        from nxtdrive.onboard.display import read_display
 
-        return Display(self.link).image()
+        return read_display(self.link)
 
     @cached_property
     def speaker(self) -> Speaker:

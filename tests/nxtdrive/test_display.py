@@ -14,7 +14,7 @@ from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
 from nxtdrive.cli.commands.screenshot import GLASS, INK
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.onboard.display import Display
+from nxtdrive.onboard.display import read_display
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -50,7 +50,7 @@ def set_flags(brick, flags):
 @given(image=arrays.arrays(np.bool_, (64, 100), elements=st.booleans(), fill=st.booleans()))
 def test_what_was_drawn_is_seen(brick, image):
     draw(brick, image)
-    assert np.array_equal(Display(brick.link).image(), image)
+    assert np.array_equal(read_display(brick.link), image)
 
 
 @pytest.mark.parametrize(("x", "y"), [(0, 0), (99, 63), (54, 7), (55, 8), (0, 8), (17, 40)])
@@ -58,7 +58,7 @@ def test_a_single_pixel_is_in_its_place(brick, x, y):
     draw(brick, np.zeros((64, 100), bool))
     spot = DISPLAY.field("Normal", y // 8).offset + x
     brick.request(IOMapWrite.put(DISPLAY.module_id, spot, bytes([1 << y % 8])))
-    assert np.argwhere(Display(brick.link).image()).tolist() == [[y, x]]
+    assert np.argwhere(read_display(brick.link)).tolist() == [[y, x]]
 
 
 def test_a_message_covers_the_picture(brick):
@@ -68,10 +68,10 @@ def test_a_message_covers_the_picture(brick):
     draw(brick, before, "Popup")
     try:
         set_flags(brick, DisplayFlag.ON | DisplayFlag.POPUP)
-        assert np.array_equal(Display(brick.link).image(), before)
+        assert np.array_equal(read_display(brick.link), before)
     finally:
         set_flags(brick, DisplayFlag.ON)
-    assert np.array_equal(Display(brick.link).image(), behind)
+    assert np.array_equal(read_display(brick.link), behind)
 
 
 class Listener(SimTransport):
@@ -85,7 +85,7 @@ class Listener(SimTransport):
 
 def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
     with Brick(Listener(simulation)) as brick:
-        Display(brick.link).image()
+        read_display(brick.link)
         _flags, *lines, _flags_again = brick.link.transport.lengths
     assert lines == [9 + 55, 9 + 54] * 7 + [9 + 800 - 7 * (55 + 54)]
 

@@ -14,7 +14,7 @@ from firmware_protocol.iomap import DISPLAY
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
 from nxtdrive.link.transfer import pieces
-from nxtdrive.onboard.display import Display
+from nxtdrive.onboard.display import read_display
 from nxtdrive.onboard.files import FileEntry, Files
 from nxtdrive.tools.dev.faults.assembler import sample_program
 from nxtdrive.transports.sim import SimTransport
@@ -153,9 +153,9 @@ def test_the_display_is_read_right_whichever_reply_arrives_twice(stutter, behind
     for offset in range(0, 800, 50):
         pixels = bytes(range(offset % 200, offset % 200 + 50))
         start().request(IOMapWrite.put(spot.module_id, spot.offset + offset, pixels))
-    before = Display(start().link).image()
+    before = read_display(start().link)
     for position in range(20):
-        assert np.array_equal(Display(start(position).link).image(), before), position
+        assert np.array_equal(read_display(start(position).link), before), position
 
 
 def test_a_link_that_delivers_every_reply_twice_is_an_error_and_not_wrong_data(stutter):

@@ -39,10 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read the display and write the file."""
     from nxtdrive.brick import open_brick
-    from nxtdrive.onboard.display import Display
+    from nxtdrive.onboard.display import read_display
 
     with open_brick(args.nxt) as brick:
-        image = Display(brick.link).image()
+        image = read_display(brick.link)
         address = brick.link.transport.address
     _save(image, args.scale, args.out)
     height, width = (side * args.scale for side in image.shape)

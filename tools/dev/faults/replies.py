@@ -22,7 +22,7 @@ from firmware_protocol.iomap import COMMAND, OUTPUT, UI
 from firmware_protocol.system import GetDeviceInfo, GetVersions, IOMapRead, OpenRead
 from firmware_protocol.telegram import COMMANDS, REPLY_HEADER, Command, Kind
 from nxtdrive.link.link import Link
-from nxtdrive.onboard.display import Display
+from nxtdrive.onboard.display import read_display
 from nxtdrive.onboard.files import FileEntry, Files
 from nxtdrive.transports.stream import StreamTransport
 from sim_backend.firmware.brick import SimBrick
@@ -236,7 +236,7 @@ class _Rig:
         self.link = Link(_Stream(self.wire) if framed else self.wire, timeout_s=TIMEOUT_S)
         self.files = Files(self.link)
         self.files.write("a.bin", CONTENT)
-        self.picture = Display(self.link).image().tobytes()
+        self.picture = read_display(self.link).tobytes()
 
 
 def run(seed: int, numbers: range) -> Tally:
@@ -293,7 +293,7 @@ def _transfer(rig: _Rig, rng: Random) -> str:
         elif kind == "list":
             right = rig.files.ls() == LISTED
         else:
-            right = Display(rig.link).image().tobytes() == rig.picture
+            right = read_display(rig.link).tobytes() == rig.picture
     except NXTError as error:
         outcome = f"{kind}: {type(error).__name__}"
     else:
