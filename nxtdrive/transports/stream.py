@@ -5,7 +5,7 @@ Each telegram is preceded by its length, two bytes, little-endian (docs/firmware
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
@@ -22,7 +22,7 @@ DRAIN_S = 1.0
 """After invalid data: wait for a silence of this length, but no longer than that."""
 
 
-class StreamTransport(WallClock):
+class StreamTransport(WallClock, ABC):
     """Framing and state; a subclass reads, writes and closes its device."""
 
     max_telegram = BLUETOOTH_TELEGRAM_LIMIT

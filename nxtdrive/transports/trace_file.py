@@ -16,9 +16,9 @@ import errno
 import json
 import logging
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
@@ -113,7 +113,7 @@ class Trace:
     address: str
     max_telegram: int
     command: tuple[str, ...] = ()
-    entries: tuple[Entry, ...] = field(default=())
+    entries: tuple[Entry, ...] = ()
 
     def header(self) -> str:
         """Return the first line of the file."""
@@ -242,8 +242,7 @@ def _header(path: Path, line: str) -> Trace:
     raise ConfigError(f"{path}, line 1: {mistake}.", remedy=_RECORD)
 
 
-def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
-    lines = list(lines)
+def _entries(path: Path, lines: Sequence[str]) -> Iterator[Entry]:
     for number, line in enumerate(lines, start=2):
         if not line.strip():
             continue
