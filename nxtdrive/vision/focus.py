@@ -9,7 +9,7 @@ import numpy as np
 
 from behaviors.ports import Cut
 from nxtdrive.vision.cut_off import marked
-from nxtdrive.vision.detection import Box, Detection, Detector, Image, Quad
+from nxtdrive.vision.detection import Box, Detection, Detector, Image, quad_of
 
 TARGET_HEIGHT_PX = 80
 """Larger targets are shrunk to this height before detection; all detectors work well there (docs/vision.md)."""
@@ -58,8 +58,5 @@ def _placed(found: Detection, x0: int, y0: int, stretch_x: float, stretch_y: flo
         round(width * stretch_x),
         round(height * stretch_y),
     )
-    if found.quad is None:
-        return replace(found, box=box)
-    a, b, c, d = ((x0 + u * stretch_x, y0 + v * stretch_y) for u, v in found.quad)
-    quad: Quad = (a, b, c, d)
+    quad = None if found.quad is None else quad_of(np.array(found.quad) * (stretch_x, stretch_y) + (x0, y0))
     return replace(found, box=box, quad=quad)

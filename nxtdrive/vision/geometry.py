@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Box, Detection, Quad
+from nxtdrive.vision.detection import Box, Detection, Quad, quad_of
 
 A4_HEIGHT_MM = 297.0
 """Long side of an A4 sheet. Source: ISO 216."""
@@ -151,9 +151,8 @@ class Pinhole:
     def _levelled(self, detection: Detection) -> Detection:
         """Return the detection as the same camera would have it if it were neither tilted nor rolled."""
         quad = detection.quad or _upright(detection.box, math.radians(self.mounting.roll_deg))
-        u, v = self._level(*np.array(quad).T)
-        a, b, c, d = zip(u.tolist(), v.tolist(), strict=True)
-        return Detection(detection.box, detection.score, (a, b, c, d))
+        levelled = quad_of(np.stack(self._level(*np.array(quad).T), axis=1))
+        return Detection(detection.box, detection.score, levelled)
 
     def _level(self, u: Array, v: Array) -> tuple[Array, Array]:
         centre_u, centre_v = self.width / 2, self.width * self.aspect / 2

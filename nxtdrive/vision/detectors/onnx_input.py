@@ -7,6 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Image
@@ -47,7 +48,7 @@ class ImageInput:
 
     def arrays(self, image: Image, colors: str, normalisation: str) -> Arrays:
         """Return all inputs for an image of the model's size; the size of the frame counts as one pixel."""
-        values: np.ndarray[Any, Any] = (image[:, :, ::-1] if colors == "rgb" else image).astype(np.float32)
+        values: NDArray[Any] = (image[:, :, ::-1] if colors == "rgb" else image).astype(np.float32)
         if normalisation != "none":
             values = values / 255
         if normalisation == "imagenet":
@@ -87,7 +88,7 @@ def image_input(file: OnnxFile, open_size: int) -> ImageInput:
     raise ConfigError(f"{file.path} takes something other than one image: {inputs}.", remedy=remedy)
 
 
-def fitted(image: Image, size: tuple[int, int], *, stretched: bool) -> tuple[Image, np.ndarray[Any, Any]]:
+def fitted(image: Image, size: tuple[int, int], *, stretched: bool) -> tuple[Image, NDArray[Any]]:
     """Return an image of a size, and by how much it was scaled across and down."""
     width, height = size
     scale = np.array([width / image.shape[1], height / image.shape[0]])

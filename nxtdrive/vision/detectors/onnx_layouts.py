@@ -233,7 +233,7 @@ def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, st
     return {"boxes": boxes[0], "labels": labels, "scores": next(name for name in others if name != labels)}
 
 
-def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _rows(output: NDArray[Any]) -> NDArray[Any]:
     return output.reshape(-1, output.shape[-1]) if output.ndim < 3 else output.reshape(output.shape[-2:])
 
 

@@ -8,6 +8,7 @@ from threading import Lock
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
@@ -95,7 +96,7 @@ class OnnxModel:
         self.labels = self._named(named)
         self._assumed = bool(self.labels) and not named and self._layout.name != "yunet"
 
-    def places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    def places(self, image: Image) -> tuple[ModelDetections, NDArray[np.float64]]:
         """Return the places found in a BGR frame, and width and height of the frame of which their corners are shares.
 
         Raises:
@@ -104,7 +105,7 @@ class OnnxModel:
         with self._running:
             return self._places(image)
 
-    def _places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    def _places(self, image: Image) -> tuple[ModelDetections, NDArray[np.float64]]:
         small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.stretched)
         size = small.shape[1], small.shape[0]
         if self._faces is not None:

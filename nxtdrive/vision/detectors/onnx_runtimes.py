@@ -13,12 +13,13 @@ from typing import Any, Protocol
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.host.environment import install_extra
 from nxtdrive.vision.opencv import opencv_name
 
-Arrays = Mapping[str, np.ndarray[Any, Any]]
+Arrays = Mapping[str, NDArray[Any]]
 
 ONNXRUNTIME, OPENCV = "onnxruntime", "opencv"
 RUNTIMES = (ONNXRUNTIME, OPENCV)

@@ -67,9 +67,9 @@ class DetectorSpec:
             raise ConfigError(
                 f"the {self.kind} detector needs {name}, a list of files.", remedy=f'{name} = ["lena.png"]'
             )
-        return [self._folder / at_home(one) for one in names]
+        return [self.path(one) for one in names]
 
-    def path(self, text: str) -> Path:
+    def path(self, text: str | Path) -> Path:
         """Resolve a path relative to the folder."""
         return self._folder / at_home(text)
 
