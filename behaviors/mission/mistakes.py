@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -21,23 +21,16 @@ UNITS = {
     "_percent": "percent",
 }
 """What the endings of keys mean."""
-
-
 NO_TABLE = ("model_type", "model_attributes_type", "dict_type", "union_tag_not_found")
 """Kinds of error of something that must be a table."""
-
-
 FOLLOWS = "default_factory_not_called"
 """Kind of the error of a key whose default depends on other keys, of which one has a mistake of its own."""
-
-
 ELSEWHERE = {
     "width_mm": "leave it out: the height is enough",
     **dict.fromkeys(("source", "device"), "name it with --camera, as in --camera 0"),
     **dict.fromkeys(("nxt", "address"), "name it with --nxt, as in --nxt usb://"),
 }
 """Keys that people write into a mission and that no mission has, and what to do instead."""
-
 INSTALL = "install its package (docs/detectors.md)"
 DETECTOR_OF = {
     "pictures": "picture",
@@ -63,45 +56,44 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         model: What it was checked against.
     """
     for problem in error.errors():
-        if problem["type"] == FOLLOWS:
-            continue
-        path = list(problem["loc"])
-        detector: int | str | None = None
-        if len(path) > 2 and path[0] == "target":
-            detector = path.pop(2)  # the tag of the union, which is in no path of the file
-        where = key_path(path) or "mission file"
-        message = words(problem["type"], problem.get("ctx", {}), problem["msg"], problem["input"])
-        if problem["type"] == "extra_forbidden":
-            here = _known_keys(path[:-1], model, detector)
-            message = _unknown(path, problem["input"], here, model)
-            if path == ["targets"] and isinstance(problem["input"], dict):
-                message = f"the table of a target is [target.{toml_key(next(iter(problem['input']), 'NAME'))}]"
-            if detector is not None and path[-1] in _known_keys(path[:-1], model):
-                message = f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
-        elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
-            message = _detector_advice(problem["input"])
-        elif problem["type"] in NO_TABLE and where == "target":
-            message = f"it must be a table with a name, [target.NAME], not {excerpt(problem['input'])}"
-        elif problem["type"] in NO_TABLE and path[:-1] == ["target"] and path[-1] in _known_keys(["target", ""], model):
-            message = "belongs in the table [target.NAME]"
-        elif problem["type"] in NO_TABLE:
-            message = f"it must be a table, [{where}], not {excerpt(problem['input'])}"
-        elif problem["type"] == "missing" and where == "mission":
-            message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
-        elif problem["type"] == "missing" and path[0] == "color":
-            message = "is missing; `nxtdrive calibrate colors` writes all keys of this table"
-        elif problem["type"] == "missing":
-            message = "is missing; `nxtdrive mission new FILE` writes an example with every key"
-        elif problem["type"] == "too_short" and where == "mission.targets":
-            message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
-        elif "input" in problem and not isinstance(problem["input"], dict):
-            message = f"{message}, not {excerpt(problem['input'])}{_unit(str(path[-1]) if path else '')}"
-        yield f"{where}: {message}"
+        if problem["type"] != FOLLOWS:
+            path = list(problem["loc"])
+            # the tag of the union, which is in no path of the file
+            detector = path.pop(2) if len(path) > 2 and path[0] == "target" else None
+            yield f"{key_path(path)}: {_message(problem, path, detector, model)}"
 
 
-def _unknown(path: Sequence[int | str], value: object, here: Collection[str], model: type[BaseModel]) -> str:
+def _message(problem: Mapping[str, Any], path: Sequence[int | str], detector: object, model: type[BaseModel]) -> str:
+    kind, value, where = problem["type"], problem["input"], key_path(path)
+    if kind == "extra_forbidden":
+        return _unknown(path, value, detector, model)
+    if kind in ("union_tag_not_found", "union_tag_invalid") and isinstance(value, dict):
+        return _detector_advice(value)
+    if kind in NO_TABLE:
+        if where == "target":
+            return f"it must be a table with a name, [target.NAME], not {excerpt(value)}"
+        if path[:-1] == ["target"] and path[-1] in _known_keys(["target", ""], model):
+            return "belongs in the table [target.NAME]"
+        return f"it must be a table, [{where}], not {excerpt(value)}"
+    if kind == "missing":
+        if where == "mission":
+            return 'there is no [mission] table; it names the targets: targets = ["lena"]'
+        if path[0] == "color":
+            return "is missing; `nxtdrive calibrate colors` writes all keys of this table"
+        return "is missing; `nxtdrive mission new FILE` writes an example with every key"
+    if kind == "too_short" and where == "mission.targets":
+        return "a mission needs at least one target; name one and describe it in a table [target.NAME]"
+    message = words(kind, problem.get("ctx", {}), problem["msg"], value)
+    return message if isinstance(value, dict) else f"{message}, not {excerpt(value)}{_unit(str(path[-1]))}"
+
+
+def _unknown(path: Sequence[int | str], value: object, detector: object, model: type[BaseModel]) -> str:
     """Return where an unknown key, or the keys of an unknown table, belong, or the nearest known key."""
-    key = str(path[-1])
+    key, here = str(path[-1]), _known_keys(path[:-1], model, detector)
+    if detector is not None and key in _known_keys(path[:-1], model):
+        return f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
+    if path == ["targets"] and isinstance(value, dict):
+        return f"the table of a target is [target.{toml_key(next(iter(value), 'NAME'))}]"
     if len(path) == 1 and isinstance(value, dict):
         tables = {homes for each in value if (homes := _homes(str(each), model))}
         if len(tables) == 1 and f"[{nearest(key, model.model_fields)}]" not in (fitting := tables.pop()):
