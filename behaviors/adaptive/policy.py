@@ -32,6 +32,7 @@ class PolicyTuning:
 
 
 TUNING = PolicyTuning()
+USUAL = AdaptiveParameters()
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +48,10 @@ class AdaptivePolicy:
         chances: How often choices succeed.
     """
 
-    search_budget_s: float = 42.0
-    repeats: int = 2
-    fixed_wait_s: float | None = None
-    max_researches: int | None = None
+    search_budget_s: float = USUAL.search_budget_s
+    repeats: int = USUAL.repeats
+    fixed_wait_s: float | None = USUAL.fixed_wait_s
+    max_researches: int | None = USUAL.max_researches
     chances: Chances = field(default_factory=lambda: Chances(shipped()))
 
     @classmethod

@@ -9,6 +9,8 @@ from behaviors.evidence import Evidence
 from behaviors.mission import ThesisParameters
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT, Choice
 
+USUAL = ThesisParameters()
+
 
 @dataclass(frozen=True, slots=True)
 class ThesisPolicy:
@@ -20,9 +22,9 @@ class ThesisPolicy:
         max_researches: The thesis searches again twice.
     """
 
-    wait_s: float = 15.0
-    turn_deg: float = 90.0
-    max_researches: int = 2
+    wait_s: float = USUAL.wait_s
+    turn_deg: float = USUAL.turn_deg
+    max_researches: int = USUAL.max_researches
 
     @classmethod
     def of(cls, parameters: ThesisParameters) -> Self:
