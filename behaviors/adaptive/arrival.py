@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from behaviors.adaptive.bounded_sighting import BEAM_DEG
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.adaptive.target_memory import TargetEstimate
 from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
@@ -21,7 +22,7 @@ class ArrivalTuning:
 
     Attributes:
         in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
-        ahead_deg: A target within this bearing is straight ahead, where the sonar points.
+        ahead_deg: A target within this bearing is straight ahead, in the sonar's beam.
         decide_s: The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after
             twice this time it gives up.
         contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
@@ -34,7 +35,7 @@ class ArrivalTuning:
     """
 
     in_view_share: float = 0.9
-    ahead_deg: float = 10.0
+    ahead_deg: float = BEAM_DEG
     decide_s: float = 5.0
     contradictions: int = 4
     size_share: float = 0.75
@@ -162,9 +163,8 @@ class Arrival:
         if self._stood_s is None:
             self._stood_s = observation.time_s
         learns_nothing = self._too_near and not self._sure and self.rested >= TUNING.checks
-        return (
-            self._mistaken(observation) if learns_nothing or self._stood_for(observation, 2 * TUNING.decide_s) else None
-        )
+        gives_up = learns_nothing or self._stood_for(observation, 2 * TUNING.decide_s)
+        return self._mistaken(observation) if gives_up else None
 
     def _stood_for(self, observation: Observation, time_s: float) -> bool:
         return self._stood_s is not None and observation.time_s - self._stood_s >= time_s

@@ -7,7 +7,7 @@ from dataclasses import replace
 from behaviors.ports import Cut, Sighting
 
 BEAM_DEG = 10.0
-"""A target within this bearing gives an echo."""
+"""A target within this bearing is in the sonar's beam and gives an echo."""
 
 
 def estimated(sighting: Sighting, echo_ahead_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:
