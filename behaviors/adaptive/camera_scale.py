@@ -182,9 +182,9 @@ class CameraScale:
             confirmed: Whether an echo confirms the distance.
         """
         sd = self._of(target).share_sd
-        return arrive_mm * min(
-            1.0, TUNING.sure * math.exp(-2.0 * (sd if confirmed else max(sd, TUNING.unconfirmed_sd)))
-        )
+        if not confirmed:
+            sd = max(sd, TUNING.unconfirmed_sd)
+        return arrive_mm * min(1.0, TUNING.sure * math.exp(-2.0 * sd))
 
     def assume_on_floor(self, sighting: Sighting, floor_mm: float) -> None:
         """Assume that a target whose height is a guess stands on the floor, until it is measured.

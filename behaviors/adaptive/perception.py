@@ -220,10 +220,10 @@ class Perception:
         Reports when the safety stop holds the robot and when it releases it.
         """
         if speed_mm_s > 0:
-            share = (
-                TUNING.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0
-            )  # without it the body is slow
-            speed_mm_s = min(share * speed_mm_s, self._step_limit_mm_s)
+            # without a stuck sonar, which is left out of the safety stop, the body itself is slow
+            if self.sonar.silent and not self.sonar.stuck:
+                speed_mm_s *= TUNING.silent_share
+            speed_mm_s = min(speed_mm_s, self._step_limit_mm_s)
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE
         self.context.watch.update(stop, {"range_mm": self._range_mm})

@@ -128,7 +128,7 @@ class RescanSkill:
         begun_s = perception.now()
         known = perception.world.targets.known.get(perception.target)
         if known is None:
-            return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
+            return Fact(Event.RECOVERY_DONE, Reason.THERE)
         aim_deg = perception.world.camera_turn_deg(known.place)
         if abs(aim_deg) > TUNING.aim_deg:
             body.turn(aim_deg)
