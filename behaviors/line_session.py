@@ -45,8 +45,7 @@ KEEPS_MISSION = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Ve
 WITH_REASON = MOTIONS | {Verb.STOP, Verb.WHY}
 """Verbs whose replies are journaled with a reason even if they do not fail."""
 
-
-LOG = logging.getLogger(__name__)
+log = logging.getLogger(__name__)
 
 
 class _BadArgument(Exception):
@@ -150,7 +149,7 @@ class Session:
         except self._faults:
             pass  # was reported when it occurred, and on a dead link the lease stops the motors
         except Exception:
-            LOG.exception("the motors could not be stopped; their lease stops them")
+            log.exception("the motors could not be stopped; their lease stops them")
 
     def _execute(self, request: Request) -> int | str:
         try:
@@ -168,7 +167,7 @@ class Session:
         except Exception as error:
             if from_profile := raised_by_profile(error, self._mission.mission.profile):
                 return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(from_profile))
-            LOG.exception("internal error in %s", request.verb)
+            log.exception("internal error in %s", request.verb)
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, f"internal error: {error!r}")
         except BaseException:
             self.end()

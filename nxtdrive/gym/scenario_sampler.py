@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from numbers import Real
-from operator import index
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -60,15 +59,9 @@ class ScenarioSampler:
         kind = options.get("kind", self._kinds[int(random.integers(len(self._kinds)))])
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
         _check_kinds([kind])
-        try:
-            if isinstance(seed, bool):
-                raise TypeError
-            number = index(seed)
-            if number < 0:
-                raise ValueError
-        except (TypeError, ValueError):
-            raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number from 0 on.") from None
-        scenario = generate_scenario(kind, number)
+        if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
+            raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number from 0 on.")
+        scenario = generate_scenario(kind, int(seed))
         return replace(scenario, mission=with_profile(scenario.mission, self._profile))
 
 

@@ -77,14 +77,14 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
         "ultrasonic": {"forward_mm": mission.robot.sonar_forward_mm, "height_mm": mission.robot.sonar_height_mm},
         "sensors": [{"kind": "compass", "port": mission.robot.compass}] if mission.robot.compass else [],
         "boxes": [
-            {"name": f"{height_mm:.0f} mm, {number}", "at_mm": _less(at, low), "size_mm": size, "height_mm": height_mm}
+            {"name": f"{height_mm:.0f} mm, {number}", "at_mm": _minus(at, low), "size_mm": size, "height_mm": height_mm}
             for each, height_mm in heights
             for number, (at, size) in enumerate(_blocks(each), 1)
         ],
         "pictures": [
             {
                 "name": name,
-                "at_mm": _less(at, low),
+                "at_mm": _minus(at, low),
                 "facing_deg": facing_deg,
                 "size_mm": (mission.target[name].height_mm,) * 2,
                 "centre_height_mm": max(mission.camera.height_mm, mission.target[name].height_mm / 2),
@@ -179,5 +179,5 @@ def _corners(points: Sequence[Point]) -> tuple[Point, Point]:
     return (min(x) - EDGE_MM, min(y) - EDGE_MM), (max(x) + EDGE_MM, max(y) + EDGE_MM)
 
 
-def _less(point: Point, origin: Point) -> Point:
+def _minus(point: Point, origin: Point) -> Point:
     return round(point[0] - origin[0], 1), round(point[1] - origin[1], 1)
