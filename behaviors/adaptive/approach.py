@@ -133,13 +133,9 @@ class ApproachSkill:
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         hides = unseen_s > perception.lost_after_s / 2
-        before = (
-            observation.range_mm is not None
-            and abs(bearing_deg) <= ARRIVAL.ahead_deg
-            and observation.range_mm
-            <= min(TUNING.blocked_mm if hides else TUNING.beside_mm, distance_mm - TUNING.before_mm)
-        )
-        self._blocked_echoes = self._blocked_echoes + 1 if before else 0
+        near_mm = min(TUNING.blocked_mm if hides else TUNING.beside_mm, distance_mm - TUNING.before_mm)
+        before_mm = _echo_within(near_mm, observation, bearing_deg)
+        self._blocked_echoes = 0 if before_mm is None else self._blocked_echoes + 1
         if self._blocked_echoes >= TUNING.echoes and distance_mm > self._arrival.near_mm:
             return self._blocked(observation, hides=hides)
         if self._trusts_map and distance_mm > TUNING.map_ends_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
@@ -156,12 +152,8 @@ class ApproachSkill:
 
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
         """Report a target out of view: something hides it, it moved, or it is seen from too far to the side here."""
-        range_mm = observation.range_mm
-        if (
-            range_mm is not None
-            and range_mm <= distance_mm - TUNING.before_mm
-            and abs(bearing_deg) <= ARRIVAL.ahead_deg
-        ):
+        range_mm = _echo_within(distance_mm - TUNING.before_mm, observation, bearing_deg)
+        if range_mm is not None:
             return arrive_failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
         turned_away = self._perception.world.targets.slant.was_oblique(self._perception.target)
         finding = None if turned_away else TargetFinding.MOVED
@@ -263,3 +255,10 @@ class ApproachSkill:
             perception.context.report(Fact(Event.DOUBTED, Reason.DOUBTFUL, measured))
         self._driven.clear()
         return self._arrival.stand(observation)
+
+
+def _echo_within(near_mm: float, observation: Observation, bearing_deg: float) -> float | None:
+    """Return the echo if it comes from no farther than this and the target is straight ahead, else None."""
+    if observation.range_mm is None or abs(bearing_deg) > ARRIVAL.ahead_deg:
+        return None
+    return observation.range_mm if observation.range_mm <= near_mm else None
