@@ -114,10 +114,8 @@ class OccupancyGrid:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
                 self._was_free |= self._swept & (self.log_odds < TUNING.freest_no_echo)
-                self._appeared &= self.log_odds > 0.0
-                self._unseen &= self.log_odds > 0.0
-                self._grazed &= self.log_odds > 0.0
-                self.seen &= self.log_odds > 0.0
+                for marks in (self._appeared, self._unseen, self._grazed, self.seen):
+                    marks &= self.log_odds > 0.0
                 decay_s = np.where(self._appeared, TUNING.appeared_decay_s, TUNING.decay_s)
                 self.log_odds *= np.exp((self._time_s - now_s) / decay_s)
             self._time_s = now_s

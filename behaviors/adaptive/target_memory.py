@@ -274,18 +274,17 @@ class TargetMemory:
         nearest_mm = min((math.dist(here, place) for here in self._looked_from.get(target, ())), default=math.inf)
         return 1.0 - math.exp(-nearest_mm / TUNING.new_mm)
 
-    def _forget(self, target: str) -> None:
-        """Update with a target that is not where it is remembered."""
+    def _forget(self, target: str) -> TargetEstimate | None:
+        """Update with a target that is not where it is remembered; return what was remembered."""
         known = self.known.pop(target, None)
         if known is not None:
             self.beliefs[target].refute(known.place)
+        return known
 
     def _reject(self, target: str, *, doubtful: bool = False) -> None:
         """Update with a look-alike: for some time it is not taken for the target again."""
-        known = self.known.pop(target, None)
-        if known is not None:
+        if (known := self._forget(target)) is not None:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
-            self.beliefs[target].refute(known.place)
 
     def _is_accepted(self, sighting: Sighting) -> bool:
         """Return whether a sighting is neither of a known look-alike nor in two places at once."""
