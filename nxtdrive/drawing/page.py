@@ -19,7 +19,8 @@ NARROWEST = 800
 """Width of a page without notes at least: the legend needs it."""
 INNER_PX = float(WIDTH - 2 * MARGIN)
 TITLE, SUBTITLE = 32, 18
-SUBTITLE_PX = 26
+TITLE_PX, SUBTITLE_PX = 40, 26
+"""Sizes of text, and heights of its lines."""
 GAP_PX = 36
 """Between the columns of the page."""
 NOTES_PX = 520
@@ -69,9 +70,9 @@ class Page:
 
 def draw_page(page: Page) -> Image.Image:
     """Draw a page; returns an RGB picture `WIDTH` pixels wide, or without notes as wide as map and title need."""
-    titles = wrapped(page.title, TITLE, WIDTH - 2 * MARGIN, 1)
-    subtitles = wrapped(page.subtitle, SUBTITLE, WIDTH - 2 * MARGIN, 3)
-    top = MARGIN + 40 * len(titles) + SUBTITLE_PX * len(subtitles) + 30
+    titles = wrapped(page.title, TITLE, INNER_PX, 1)
+    subtitles = wrapped(page.subtitle, SUBTITLE, INNER_PX, 3)
+    top = MARGIN + TITLE_PX * len(titles) + SUBTITLE_PX * len(subtitles) + 30
     wide = page.area.width >= WIDE * page.area.height or not page.notes
     layout = _below(page, top) if wide else _beside(page, top)
     sheet = Sheet(layout.width, math.ceil(layout.bottom + MARGIN))
@@ -81,9 +82,9 @@ def draw_page(page: Page) -> Image.Image:
     view.draw_axes()
     draw_tags(view, page)
     for i, text in enumerate(titles):
-        sheet.text((MARGIN, MARGIN + 26 + 40 * i), text, TITLE, bold=True)
+        sheet.text((MARGIN, MARGIN + 26 + TITLE_PX * i), text, TITLE, bold=True)
     for i, text in enumerate(subtitles):
-        sheet.text((MARGIN, MARGIN + 40 * len(titles) + 18 + SUBTITLE_PX * i), text, SUBTITLE, DIM)
+        sheet.text((MARGIN, MARGIN + TITLE_PX * len(titles) + 18 + SUBTITLE_PX * i), text, SUBTITLE, DIM)
     layout.legend.draw(sheet, (MARGIN, layout.legend_top))
     layout.notes.draw(sheet, layout.columns, layout.notes_top)
     return sheet.finished()
