@@ -126,10 +126,9 @@ class Arrival:
 
     def check(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a fact when the robot has arrived, or when this is not the target at all."""
-        sighting = self.seen
+        sighting, echo_mm = self.seen, None
         if observation.range_mm is not None:
             self._echo = (observation.time_s, observation.range_mm)
-        echo_mm = None
         if sighting is not None:
             echo_mm = self._echo_of(sighting, observation.time_s)
             self._confirmed, self._low = echo_mm is not None, self._passes_over(sighting)
@@ -142,8 +141,12 @@ class Arrival:
             return self._uncertain(observation)
         if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.stop_mm:
             return None
-        decide = self._stood_for(observation, TUNING.decide_s) and self._verifier.odds > 0
-        if not decide and not (self._sure and self._verifier.verdict is Verdict.REAL):
+        return self._decide(observation, sighting, echo_mm)
+
+    def _decide(self, observation: Observation, sighting: Sighting, echo_mm: float | None) -> Fact | None:
+        """Return a fact about a target that is near enough; None while it is still being looked at."""
+        real = self._sure and self._verifier.verdict is Verdict.REAL
+        if not real and not (self._stood_for(observation, TUNING.decide_s) and self._verifier.odds > 0):
             return None
         if not self._sure:
             return self._uncertain(observation)
