@@ -229,7 +229,7 @@ def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, st
     if len(others) == 1:
         many = len(shapes[others[0]]) >= 2 and shapes[boxes[0]][-1] == 4
         return {"boxes": boxes[0], "scores" if many and others[0] not in whole else "labels": others[0]}
-    labels = sorted(others, key=lambda n: (n not in whole, "label" not in words[n] and "class" not in words[n], n))[0]
+    labels = min(others, key=lambda n: (n not in whole, "label" not in words[n] and "class" not in words[n], n))
     return {"boxes": boxes[0], "labels": labels, "scores": next(name for name in others if name != labels)}
 
 
