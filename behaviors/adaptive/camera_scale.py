@@ -178,7 +178,7 @@ class CameraScale:
 
         Args:
             target: Its name.
-            arrive_mm: What is asked.
+            arrive_mm: The distance that the mission asks for.
             confirmed: Whether an echo confirms the distance.
         """
         sd = self._of(target).share_sd

@@ -38,12 +38,12 @@ class ThesisTuning:
     Attributes:
         blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.
         instant_s: A shorter rest of a wait is rounding: sleeping this little might let no time pass at all.
-        nap_s: A wait is cut into naps, so that it can be interrupted and the brick kept awake.
+        slice_s: A wait sleeps for at most this long at a time, so that it can be interrupted.
     """
 
     blind_drive_s: float = 0.5
     instant_s: float = 0.001
-    nap_s: float = 0.5
+    slice_s: float = 0.5
 
 
 TUNING = ThesisTuning()
@@ -271,6 +271,6 @@ class ThesisWaitSkill:
         while self._left_s > TUNING.instant_s:
             context.check_time()
             begun_s = context.clock.now()
-            context.clock.sleep(min(TUNING.nap_s, self._left_s))
+            context.clock.sleep(min(TUNING.slice_s, self._left_s))
             self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})

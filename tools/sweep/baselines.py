@@ -61,7 +61,7 @@ class Nav2List(Baseline):
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.rest(THESIS.nap_s)
+                self.rest(THESIS.slice_s)
 
 
 class RandomWalk(Baseline):
