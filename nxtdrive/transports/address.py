@@ -32,13 +32,17 @@ DEFAULT = "usb://"
 WHOLE = ("sim", "usb")
 """Schemes that are addresses without a target."""
 
+MAC = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE)
+BRICK_ID = re.compile(r"[0-9A-F]{12}", re.IGNORECASE)
+"""A brick's Bluetooth address, and the same without colons: its id on USB."""
+
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.IGNORECASE)
 
 _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"COM\d+", re.IGNORECASE), "serial"),
     (re.compile(r"/.*[^/]"), "serial"),
-    (re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE), "bt"),
-    (re.compile(r"[0-9A-F]{12}", re.IGNORECASE), "usb"),
+    (MAC, "bt"),
+    (BRICK_ID, "usb"),
     (re.compile(r"[^\s:?]+\.toml(\?.*)?", re.IGNORECASE), "sim"),
     (re.compile(r"[^\s:?]+\.nxttrace", re.IGNORECASE), "replay"),
     (re.compile(r"[\w.-]+:\d+"), "tcp"),

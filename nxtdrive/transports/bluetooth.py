@@ -9,14 +9,13 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
-import re
 import select
 import socket
 import sys
 from typing import Self
 
 from firmware_protocol.errors import AddressError, BrickNotFound, LinkBusy, LinkError, PermissionDenied
-from nxtdrive.transports.address import Address
+from nxtdrive.transports.address import MAC, Address
 from nxtdrive.transports.sockets import SocketTransport
 
 AF_BLUETOOTH = 31
@@ -25,8 +24,6 @@ BTPROTO_RFCOMM = 3
 """Source: BlueZ, lib/bluetooth.h."""
 CHANNEL = 1
 """The brick's serial port service. Source: docs/firmware.md section 2."""
-
-_MAC = re.compile(r"([0-9A-F]{2}:){5}[0-9A-F]{2}", re.IGNORECASE)
 
 
 class _SockaddrRc(ctypes.Structure):
@@ -51,7 +48,7 @@ class BluetoothTransport(SocketTransport):
         """
         address.read_options({})
         mac = address.target.upper()
-        if not _MAC.fullmatch(mac):
+        if not MAC.fullmatch(mac):
             raise AddressError(f"{address}: a Bluetooth address looks like bt://00:16:53:0A:1B:2C.")
         if sys.platform.startswith("linux"):
             return cls(str(address), _connect(mac, max(timeout_s, 10.0)))

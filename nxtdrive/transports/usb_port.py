@@ -30,7 +30,7 @@ from firmware_protocol.errors import (
 )
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.host.access import usb_remedy
-from nxtdrive.transports.address import Address
+from nxtdrive.transports.address import BRICK_ID, Address
 from nxtdrive.transports.base import WallClock, closed
 from nxtdrive.transports.usb_context import UsbContext
 
@@ -101,7 +101,7 @@ class UsbTransport(WallClock):
         """
         address.read_options({})
         wanted = address.target.replace(":", "").upper()
-        if wanted and not (len(wanted) == 12 and set(wanted) <= set("0123456789ABCDEF")):
+        if wanted and not BRICK_ID.fullmatch(wanted):
             raise AddressError(f"{address}: a brick's id has 12 hex digits, e.g. usb://0016530A1B2C.")
         with _translated(str(address)):
             device = _find(wanted, backend or _fresh_backend())
