@@ -120,13 +120,16 @@ class Files:
                 error. What fails later, such as the link or the search for a contiguous block, loses the old file too.
 
         Raises:
-            LocalProtocolError: The name is not valid, or there is no data; nothing was sent.
+            LocalProtocolError: The name is not valid, or the data is empty or not bytes; nothing was sent.
             BrickError: The file exists, there is no room, no handle is free; the brick has no part of the file.
             BrickBusy: Another transfer to a file of this name was not ended.
             LinkError: The link failed; the brick has no part of the file.
             RemoteProtocolError: The brick lists the file with another size; it stays there.
         """
         _checked(name)
+        if not isinstance(data, bytes | bytearray | memoryview):
+            raise LocalProtocolError(f"data must be bytes, not {type(data).__name__}.")
+        data = bytes(data)
         if not data:
             raise LocalProtocolError(
                 f"{name} would be empty, and the brick loses a handle over each empty file it opens.",

@@ -210,6 +210,21 @@ def test_an_empty_file_is_never_written(direct):
     assert direct.sent == []
 
 
+@pytest.mark.parametrize("data", ["text", 5, None, [1, 2]])
+def test_only_bytes_replace_a_file(watched, data):
+    brick, transport = watched
+    brick.files.write("data.bin", b"old")
+    transport.sent.clear()
+    with pytest.raises(LocalProtocolError, match="data must be bytes"):
+        brick.files.write("data.bin", data, replace=True)
+    assert transport.sent == []
+
+
+def test_a_view_of_numbers_is_written_byte_by_byte(files):
+    files.write("data.bin", memoryview(bytes(range(8))).cast("I"))
+    assert files.read("data.bin") == bytes(range(8))
+
+
 def test_an_empty_file_is_never_opened(watched):
     """Opening one closes handle 0, whosever it is."""
     brick, transport = watched
