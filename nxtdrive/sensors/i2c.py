@@ -49,7 +49,7 @@ class I2CSensor(Sensor):
     def __init__(self, link: Link, port: SensorPort, address: int | None = None) -> None:
         super().__init__(link, port)
         if address is not None:
-            self.address = in_range("address", of_type("address", address, int) & ~1, 0x02, 0xFE)
+            self.address = in_range("address", of_type("address", address, int), 0x02, 0xFF) & ~1
         self._dirty = True
 
     def read(self, register: int, size: int) -> bytes:

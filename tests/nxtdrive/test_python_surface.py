@@ -96,6 +96,7 @@ def test_a_screenshot_shows_the_display(lab):
         (lambda brick: brick.touch("1"), "'1'"),
         (lambda brick: brick.color(3).brightness_percent(["red"]), "lamp"),
         (lambda brick: brick.i2c(4, "2"), "address must be an int"),
+        (lambda brick: brick.i2c(4, 1), "address must be .*, not 1"),
         (lambda brick: brick.tone("a", 100), "frequency_hz"),
         (lambda brick: setattr(brick, "volume", 2.5), "volume"),
         (lambda brick: brick.files.read(5), "5"),
