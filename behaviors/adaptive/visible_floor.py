@@ -45,7 +45,6 @@ class VisibleFloorTuning:
         grid_sds: The grid of hypotheses reaches this many standard deviations to either side.
         grid_steps: Number of hypotheses along each axis of that grid.
         table_step_mm: Distances are tried in these steps.
-        beam_deg: An echo comes from within this angle of the sonar's axis.
         nearest_rays: Number of rays in the beam, those that end nearest, whose middle one is compared with the echo.
         ahead_deg: That ray has to be this near to the axis, since the beam fades to the sides.
         nearest_mm: Echoes from nearer than this are not compared.
@@ -75,7 +74,6 @@ class VisibleFloorTuning:
     grid_sds: float = 5.0
     grid_steps: int = 101
     table_step_mm: float = 50.0
-    beam_deg: float = 15.0
     nearest_rays: int = 3
     ahead_deg: float = 6.0
     nearest_mm: float = 400.0
@@ -120,11 +118,12 @@ class FloorRanges:
     Args:
         camera: How the camera is mounted.
         sonar_ahead_mm: The sonar in front of the lens.
+        beam_deg: An echo comes from within this angle of the sonar's axis.
         calibrated: Whether the camera was calibrated.
     """
 
-    def __init__(self, camera: CameraTable, sonar_ahead_mm: float, *, calibrated: bool) -> None:
-        self._height_mm, self._sonar_ahead_mm = camera.height_mm, sonar_ahead_mm
+    def __init__(self, camera: CameraTable, sonar_ahead_mm: float, beam_deg: float, *, calibrated: bool) -> None:
+        self._height_mm, self._sonar_ahead_mm, self._beam_deg = camera.height_mm, sonar_ahead_mm, beam_deg
         sd_deg = TUNING.calibrated_sd_deg if calibrated else TUNING.offset_sd_deg
         scale_sd = TUNING.measured_scale_sd if "height_mm" in camera.model_fields_set else TUNING.scale_sd
         if calibrated:
@@ -174,7 +173,7 @@ class FloorRanges:
         if self._compared_at is not None and pose.is_near(self._compared_at, TUNING.moved_mm, TUNING.turned_deg):
             return
         ended = [(ray.end_deg, ray.bearing_deg) for ray in rays if ray.end_deg > 0.0]
-        beam = sorted(each for each in ended if abs(each[1] - off_deg) <= TUNING.beam_deg)
+        beam = sorted(each for each in ended if abs(each[1] - off_deg) <= self._beam_deg)
         if len(beam) < TUNING.nearest_rays:
             return
         # an echo is of what is nearest in the beam

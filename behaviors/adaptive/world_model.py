@@ -76,7 +76,8 @@ class WorldModel:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
         self.knows_turns = mission.robot.compass != 0 or mission.calibration.wheels is not None
         calibrated = mission.calibration.camera is not None
-        self._ranges = FloorRanges(mission.camera, mission.sonar_ahead_mm, calibrated=calibrated)
+        beam_deg = mission.robot.sonar_cone_deg / 2
+        self._ranges = FloorRanges(mission.camera, mission.sonar_ahead_mm, beam_deg, calibrated=calibrated)
         self.poses = PoseHistory()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()

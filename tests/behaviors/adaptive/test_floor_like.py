@@ -21,7 +21,7 @@ BOX, HALF_MM = (1420.0, 20.0), 100.0
 
 
 def _ranges(*, calibrated: bool) -> FloorRanges:
-    return FloorRanges(CameraTable(height_mm=200.0), 60.0, calibrated=calibrated)
+    return FloorRanges(CameraTable(height_mm=200.0), 60.0, 15.0, calibrated=calibrated)
 
 
 def _view(pose: Pose, *, walls_are_floor_like: bool = False) -> VisibleFloor:

@@ -22,12 +22,13 @@ CELLS = Cells()
 
 HEIGHT_MM = 200.0
 SONAR_AHEAD_MM = 60.0
+BEAM_DEG = 15.0
 NEAR_DEG = 23.0
 BEARINGS = np.linspace(-28.0, 28.0, 24)
 
 
-def _ranges(*, calibrated: bool = False) -> FloorRanges:
-    return FloorRanges(CameraTable(height_mm=HEIGHT_MM), SONAR_AHEAD_MM, calibrated=calibrated)
+def _ranges(*, calibrated: bool = False, beam_deg: float = BEAM_DEG) -> FloorRanges:
+    return FloorRanges(CameraTable(height_mm=HEIGHT_MM), SONAR_AHEAD_MM, beam_deg, calibrated=calibrated)
 
 
 def _angle_deg(distance_mm: float) -> float:
@@ -79,7 +80,7 @@ def test_echoes_show_the_tilt_and_the_field_of_view_of_the_camera(tilt_deg, scal
 
 def test_echoes_show_how_high_the_camera_is():
     """The mission does not say; it is mounted at 130 mm, not at the usual 200."""
-    ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, calibrated=False)
+    ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, BEAM_DEG, calibrated=False)
     low = [
         (at, [FloorRay(0.0, 15.0, math.degrees(math.atan2(130.0, at)))] * 3) for at in (1400.0, 1000.0, 700.0, 500.0)
     ]
@@ -123,6 +124,18 @@ def test_an_echo_is_compared_with_what_is_nearest_in_the_beam():
     for i in range(10):
         ranges.compare(post, Pose(x_mm=200.0 * i), 600.0 - SONAR_AHEAD_MM)
     assert _ahead(ranges.measure(_wall(1600.0)).end_mm) == pytest.approx(1600.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("beam_deg", "in_it"), [(15.0, True), (7.0, False)])
+def test_what_stands_beside_the_beam_of_this_sonar_is_not_in_it(beam_deg, in_it):
+    """Posts 9 to 14 degrees to the side are nearer than the wall ahead, whose echo shows how the camera is tilted."""
+    ranges = _ranges(beam_deg=beam_deg)
+    for i, ahead_mm in enumerate((1500.0, 1200.0, 900.0) * 6):
+        rays = _wall(ahead_mm, tilt_deg=4.0)
+        rays[15:18] = [FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(500.0) - 4.0) for ray in rays[15:18]]
+        ranges.compare(rays, Pose(x_mm=200.0 * i), ahead_mm - SONAR_AHEAD_MM)
+    learned_mm = _ahead(ranges.measure(_wall(1400.0, tilt_deg=4.0)).end_mm)
+    assert (learned_mm == pytest.approx(1400.0, rel=0.07)) != in_it
 
 
 def test_an_echo_received_after_a_turn_is_compared_where_it_came_from():
@@ -304,7 +317,7 @@ def test_a_camera_that_is_tilted_far_more_than_usual_is_learned_too(tilt_deg):
 
 
 def test_how_far_the_floor_is_surely_free_does_not_depend_on_what_is_farther_away():
-    ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, calibrated=False)
+    ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, BEAM_DEG, calibrated=False)
     rows = [ranges.measure([FloorRay(0.0, NEAR_DEG, end_deg)]) for end_deg in (0.5, 3.0, 6.0)]
     assert len({float(row.free_mm[0]) for row in rows}) == 1
     assert float(rows[0].free_mm[0]) < 800.0, "without the lens's height a metre is not known to 0.2 m"
