@@ -14,7 +14,8 @@ from nxtdrive.brick import Brick, open_brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
-from nxtdrive.mission.run_review import RunReview
+from nxtdrive.mission.review.reviewed_run import ReviewedRun
+from nxtdrive.mission.review.run_review import RunReview
 from nxtdrive.mission.truth import simulated_room_of, truth_of
 from nxtdrive.mission.vision import mission_vision
 from nxtdrive.recording.recording import Recording
@@ -134,9 +135,8 @@ class MissionRun:
         self._executive = Executive(mission, ports, observers, make_profile, pause)
         by_name = not isinstance(self._vision, CameraVision)
         world = brick_address(Address.parse(robot.address)).target
-        self._review = RunReview(
-            mission, truth_of(robot.brick), say_hint, file, by_name=by_name, camera=robot.source, world=world
-        )
+        run = ReviewedRun(mission, truth_of(robot.brick), file, by_name, robot.source, world)
+        self._review = RunReview(run, say_hint)
 
     def on_look(self, observer: OnLook) -> None:
         """Call `observer` after each look at a frame; geometric vision has no frames and never calls it."""
@@ -175,7 +175,7 @@ class MissionRun:
             with interruptible(brick.link, self._pause.check if self._pause else None):
                 review.compare_brick(brick)
                 report = self._executive.run()
-            self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
+            self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.run.arrivals))
             return self._report
         except BaseException as reason:
             self._error = error_text(reason)
@@ -209,6 +209,6 @@ class MissionRun:
             "mission": self._mission.mission.name,
             "nxt": self.robot.address,
             "camera": self.robot.source,
-            "arrivals": self._review.arrivals,
+            "arrivals": self._review.run.arrivals,
             "hints": self._review.hints,
         }

@@ -13,7 +13,8 @@ from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
-from nxtdrive.mission.run_review import RunReview
+from nxtdrive.mission.review.reviewed_run import ReviewedRun
+from nxtdrive.mission.review.run_review import RunReview
 from nxtdrive.mission.truth import truth_of
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.simulation import Simulation
@@ -40,7 +41,7 @@ def _reviewed(perform, world: str, mission: Mission, *, geometric: bool = True, 
     made: list[RunReview] = []
 
     def arrange(simulation: Simulation) -> None:
-        made.append(RunReview(mission, simulation.truth, lambda _: None, file))
+        made.append(RunReview(ReviewedRun(mission, simulation.truth, file), lambda _: None))
 
     def observe(record: Record) -> None:
         made[0](record)
@@ -74,7 +75,9 @@ def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_pa
 
 
 def test_a_mission_file_without_a_room_is_to_get_one(mission_for):
-    review = RunReview(mission_for("rilakkuma"), Simulation("open").truth, lambda _: None, Path("my bear.toml"))
+    review = RunReview(
+        ReviewedRun(mission_for("rilakkuma"), Simulation("open").truth, Path("my bear.toml")), lambda _: None
+    )
     review(_unsuccessful("rilakkuma"))
     [hint] = review.hints
     assert "`nxtdrive world new 'my bear-world.toml'`" in hint
@@ -85,7 +88,7 @@ def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(missio
     Path("bear-world.toml").touch()
     truth = Simulation("open").truth
     for world in ("bear-world.toml", str(tmp_path / "bear-world.toml")):
-        review = RunReview(mission_for("rilakkuma"), truth, lambda _: None, Path("bear.toml"), world=world)
+        review = RunReview(ReviewedRun(mission_for("rilakkuma"), truth, Path("bear.toml"), world=world), lambda _: None)
         review(_unsuccessful("rilakkuma"))
         [hint] = review.hints
         assert hint.endswith("It has lena. Put rilakkuma into bear-world.toml.")
@@ -96,7 +99,7 @@ def test_the_codes_of_the_simulated_world_are_reported_where_one_was_looked_for(
     room = tmp_path / "room.toml"
     room.write_text(WITH_SHEET, encoding="utf-8")
     (tmp_path / "bin.toml").write_text(QR_MISSION, encoding="utf-8")
-    review = RunReview(load_mission(tmp_path / "bin.toml"), Simulation(room).truth, lambda _: None)
+    review = RunReview(ReviewedRun(load_mission(tmp_path / "bin.toml"), Simulation(room).truth), lambda _: None)
     review(_unsuccessful("bin"))
     [hint] = review.hints
     assert "nothing in this world does. It has sheet (QR code 'Mülleimer'), crate. " in hint
@@ -109,7 +112,7 @@ def test_a_face_that_is_a_small_part_of_a_portrait_belongs_to_the_world(tmp_path
     room = tmp_path / "room.toml"
     room.write_text(WITH_SHEET, encoding="utf-8")
     (tmp_path / "granny.toml").write_text(FACE_MISSION, encoding="utf-8")
-    review = RunReview(load_mission(tmp_path / "granny.toml"), Simulation(room).truth, lambda _: None)
+    review = RunReview(ReviewedRun(load_mission(tmp_path / "granny.toml"), Simulation(room).truth), lambda _: None)
     review(_unsuccessful("granny"))
     assert review.hints == []
 
@@ -123,7 +126,7 @@ def test_a_picture_that_hangs_too_high_for_the_camera_is_reported(centre_mm, til
     camera = f"camera = {{ tilt_deg = {tilt_deg} }}\n"
     text = f"floor = {{ size_mm = [3000, 3000] }}\nrobot = {{ start_mm = [500, 500] }}\npictures = [{picture}]\n"
     room.write_text(camera + text, encoding="utf-8")
-    review = RunReview(mission_for("lena"), Simulation(room).truth, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), Simulation(room).truth), lambda _: None)
     review(_unsuccessful("lena"))
     assert len(review.hints) == (said is not None)
     assert all(said in hint and "too high" in hint for hint in review.hints)
@@ -132,7 +135,7 @@ def test_a_picture_that_hangs_too_high_for_the_camera_is_reported(centre_mm, til
 def test_an_object_of_the_targets_name_that_looks_otherwise_is_to_be_corrected(mission_for):
     mission = mission_for("lena")
     disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})
-    review = RunReview(disguised, Simulation("open").truth, lambda _: None)
+    review = RunReview(ReviewedRun(disguised, Simulation("open").truth), lambda _: None)
     review(_unsuccessful("lena"))
     [hint] = review.hints
     assert hint.endswith("It has lena. Its lena is not what [target.lena] describes: correct one of the two.")
@@ -149,7 +152,7 @@ def test_a_target_that_was_never_found_in_a_room_of_ones_own_leads_to_the_check_
     monkeypatch.chdir(tmp_path)
     Path("room.toml").write_text((WORLDS / "open.toml").read_text(encoding="utf-8"), encoding="utf-8")
     for world, expected in (("room.toml", hints), ("open", 0)):
-        review = RunReview(mission_for("lena"), Simulation("open").truth, lambda _: None, world=world)
+        review = RunReview(ReviewedRun(mission_for("lena"), Simulation("open").truth, world=world), lambda _: None)
         review(_unsuccessful("lena"))
         review(Record(600.0, RecordKind.END, "finished", "", {"ending": ending}))
         assert len(review.hints) == expected
@@ -161,21 +164,23 @@ def test_vision_by_name_takes_the_object_of_that_name_for_the_target(by_name, hi
     said: list[str] = []
     mission = mission_for("lena")
     disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})
-    RunReview(disguised, Simulation("open").truth, said.append, by_name=by_name)(_unsuccessful("lena"))
+    RunReview(ReviewedRun(disguised, Simulation("open").truth, by_name=by_name), said.append)(_unsuccessful("lena"))
     assert len(said) == hints
 
 
 def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
     simulation = Simulation("open")
     simulation.world.place("lena", None, None, present=False)
-    review = RunReview(mission_for("lena"), simulation.truth, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), simulation.truth), lambda _: None)
     review(_unsuccessful("lena"))
     assert review.hints == []
 
 
 def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try(mission_for):
     said: list[str] = []
-    review = RunReview(mission_for("lena"), None, said.append, Path("my mission.toml"), camera="http://pi:8081/a b")
+    review = RunReview(
+        ReviewedRun(mission_for("lena"), None, Path("my mission.toml"), camera="http://pi:8081/a b"), said.append
+    )
     review(_unsuccessful("lena"))
     review(_unsuccessful("lena"))
     [hint] = said
@@ -185,7 +190,7 @@ def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try
 
 
 def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):
-    review = RunReview(mission_for("lena"), None, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), None), lambda _: None)
     sighting = {"bearing_deg": 0.0, "distance_mm": 900.0, "confidence": 0.9, "box": [0, 0, 9, 9]}
     review(Record(1.0, RecordKind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
     review(_unsuccessful("lena"))
@@ -204,7 +209,7 @@ def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(pe
 @pytest.mark.slow
 @pytest.mark.parametrize(("height_mm", "profile", "there"), [(297.0, "adaptive", True), (20.0, "thesis", False)])
 def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, profile, there):
-    [arrival] = _reviewed(perform, "open", _with(mission_for("lena"), height_mm, profile), geometric=False).arrivals
+    [arrival] = _reviewed(perform, "open", _with(mission_for("lena"), height_mm, profile), geometric=False).run.arrivals
     assert arrival["target"] == "lena"
     assert arrival["there"] is there
     assert (arrival["true_mm"] == pytest.approx(arrival["believed_mm"], rel=0.1)) is there
@@ -216,7 +221,7 @@ def test_in_the_simulator_an_obstacle_before_the_target_does_not_cast_doubt_on_i
     share, simulated, hints, mission_for
 ):
     truth = Simulation("open").truth  # the robot looks at lena
-    review = RunReview(mission_for("lena"), truth if simulated else None, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), truth if simulated else None), lambda _: None)
     box = {"bearing_deg": 0.0, "distance_mm": share * truth.lens_distance_mm("lena"), "confidence": 0.9, "box": [0] * 4}
     data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.BLOCKED_LONG}
     look = {"pose": [0, 0, 0], "range_mm": 300.0, "sighting": box}
@@ -234,7 +239,7 @@ def test_in_the_simulator_an_arrival_at_something_else_is_reported(away_mm, hint
     ahead = (math.cos(math.radians(facing_deg)), math.sin(math.radians(facing_deg)))
     turned_deg = facing_deg + (180 if away_mm < 1000 else 90)
     simulation.world.place_robot([at[i] + away_mm * ahead[i] for i in (0, 1)], turned_deg)
-    review = RunReview(mission_for("lena"), simulation.truth, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), simulation.truth), lambda _: None)
     data = {"source": "verify", "to": "reached", "event": Event.ARRIVED, "reason": Reason.WITHIN_REACH}
     review(
         Record(
@@ -246,11 +251,11 @@ def test_in_the_simulator_an_arrival_at_something_else_is_reported(away_mm, hint
 
 def test_an_arrival_and_a_failure_without_measurements_are_no_defect(mission_for):
     """As a skill of another package may report them."""
-    review = RunReview(mission_for("lena"), Simulation("open").truth, lambda _: None)
+    review = RunReview(ReviewedRun(mission_for("lena"), Simulation("open").truth), lambda _: None)
     bare = {"source": "arrive", "event": Event.MISTAKEN, "reason": Reason.RANGE_MISMATCH, "evidence": {}}
     review(Record(1.0, RecordKind.TRANSITION, "select", "lena", {**bare, "to": "select"}))
     review(Record(2.0, RecordKind.TRANSITION, "reached", "lena", {**bare, "to": "reached", "event": Event.ARRIVED}))
-    [arrival] = review.arrivals
+    [arrival] = review.run.arrivals
     assert (arrival["believed_mm"], arrival["sonar_mm"]) == (None, None)
     assert arrival["true_mm"] > 0
     assert review.hints == []
@@ -276,11 +281,13 @@ def test_a_box_seen_from_above_may_look_nearer_than_it_is(target, hints, mission
     described = mission.model_dump() | {"target": {"green": target or mission.model_dump()["target"]["lena"]}}
     described["mission"]["targets"] = ["green"]
     said: list[str] = []
-    review = RunReview(Mission.model_validate(described), Simulation("colors").truth, said.append, by_name=True)
+    review = RunReview(
+        ReviewedRun(Mission.model_validate(described), Simulation("colors").truth, by_name=True), said.append
+    )
     evidence = {"sighting": {"distance_mm": 500.0, "bearing_deg": 0.0}}
     arrived = {"source": "arrive", "to": "reached", "event": Event.ARRIVED, "reason": Reason.WITHIN_REACH}
     review(Record(2.0, RecordKind.TRANSITION, "reached", "green", {**arrived, "evidence": evidence}))
-    assert (review.arrivals[0]["there"], len(said)) == (True, hints)
+    assert (review.run.arrivals[0]["there"], len(said)) == (True, hints)
 
 
 @pytest.mark.parametrize(("brick_id", "hints"), [("", 0), ("001653010203", 0), ("0016530A1B2C", 1)])
@@ -289,7 +296,7 @@ def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_fo
     path.write_text(f'[robot]\nradius_mm = 140.0\n[calibration]\nbrick_id = "{brick_id}"\n', encoding="utf-8")
     mission = described_by(mission_for("lena"), load_robot_file(path))
     said: list[str] = []
-    review = RunReview(mission, None, said.append)
+    review = RunReview(ReviewedRun(mission, None), said.append)
     with open_brick("sim://open") as brick:
         review.compare_brick(brick)
     assert (mission.robot.radius_mm, len(said), len(review.hints)) == (140.0, hints, hints)
@@ -329,7 +336,7 @@ def test_a_simulated_robot_that_is_built_otherwise_than_the_mission_says_is_repo
     world.write_text(OTHER_BUILD, encoding="utf-8")
     mission = mission_for("lena").model_copy(update={"robot": RobotTable(**robot)})
     with open_brick(f"sim://{world}") as brick:
-        review = RunReview(mission, truth_of(brick), lambda _: None)
+        review = RunReview(ReviewedRun(mission, truth_of(brick)), lambda _: None)
         review.compare_brick(brick)
     assert len(review.hints) == len(said)
     assert all(part in hint for part, hint in zip(said, review.hints, strict=True))
@@ -337,7 +344,7 @@ def test_a_simulated_robot_that_is_built_otherwise_than_the_mission_says_is_repo
 
 def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_for(mission_for):
     said: list[str] = []
-    review = RunReview(mission_for("lena"), None, said.append)
+    review = RunReview(ReviewedRun(mission_for("lena"), None), said.append)
     data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.APPROACH_TIMEOUT}
     for time_s in (60.0, 120.0):
         review(Record(time_s, RecordKind.TRANSITION, "select", "lena", {**data, "evidence": {}}))
@@ -363,7 +370,7 @@ def test_after_a_mission_that_saw_a_target_and_reached_none_the_motors_are_doubt
         measured = MeasuredTable(date="2026-05-03", method="marker sheet")
         mission = mission.model_copy(update={"calibration": CalibrationTable(motors=measured)})
     mission = mission.model_copy(update={"robot": RobotTable(**robot)})
-    review = RunReview(mission, Simulation("open").truth if simulated else None, lambda _: None)
+    review = RunReview(ReviewedRun(mission, Simulation("open").truth if simulated else None), lambda _: None)
     sighting = {"bearing_deg": 3.0, "distance_mm": 900.0, "bound": False}
     review(Record(10.0, RecordKind.LOOK, "search", "lena", {"sighting": sighting, "range_mm": None}))
     review(Record(90.0, RecordKind.END, "finished", "lena", {"ending": "given_up", "targets": {}, "error": ""}))
@@ -378,7 +385,7 @@ def test_a_target_called_like_another_subject_of_a_hint_keeps_its_own_hint(missi
             "target": {"motors": motors.target["lena"]},
         }
     )
-    review = RunReview(motors, None, lambda _: None)
+    review = RunReview(ReviewedRun(motors, None), lambda _: None)
     review(_unsuccessful("motors"))
     review(Record(20.0, RecordKind.LOOK, "search", "motors", {"sighting": {}}))
     review(Record(30.0, RecordKind.END, "finished", "motors", {"ending": "given_up"}))

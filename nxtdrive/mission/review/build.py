@@ -1,0 +1,81 @@
+"""Hints at a robot that is not built or connected as the mission says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from behaviors.events import Reason
+from behaviors.mission.robot import brick_id
+from firmware_protocol.errors import NXTError
+from nxtdrive.mission.review.recognition import GIVEN_UP
+from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
+
+WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
+BUILD_TOLERANCE = 0.1
+"""A robot whose wheels or track differ by more from what its mission says turns and drives too wrongly to arrive."""
+
+
+def another_build(run: ReviewedRun) -> Hints:
+    """Check whether the simulated world's robot is built as the mission says."""
+    build, robot = run.truth.build() if run.truth else {}, run.mission.robot
+    wrong = {key: fits[0] for key, fits in build.items() if fits and not _describes(getattr(robot, key), fits)}
+    if wrong:
+        texts = {key: f'"{fits}"' if isinstance(fits, str) else f"{fits:g}" for key, fits in wrong.items()}
+        keys = ", ".join(f"{key} = {text}" for key, text in texts.items())
+        text = (
+            f"The robot of this world is not built as the mission says. Write {keys} into [robot] of the mission "
+            "or of its robot file, or change [robot] of the world."
+        )
+        yield "", text
+
+
+def _describes(value: str | float, fits: Sequence[str | float]) -> bool:
+    """Return whether a key of [robot] describes the robot: a length roughly, a port exactly unless it is 0 for none."""
+    if isinstance(value, float):
+        return any(isinstance(each, int | float) and abs(value / each - 1) <= BUILD_TOLERANCE for each in fits)
+    return value in (0, *fits)
+
+
+def another_brick(run: ReviewedRun, brick: Brick) -> Hints:
+    """Check whether the mission's robot file describes another brick."""
+    described = run.mission.calibration
+    if not described.brick_id:  # the brick need not be asked
+        return
+    with suppress(NXTError):  # a lost link is the mission's concern, not a hint's
+        address = brick.info().bluetooth_address
+        if described.describes_another(address):
+            text = (
+                f"The robot file describes the brick {described.brick_id}, and this one is {brick_id(address)}. "
+                "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE."
+            )
+            yield "", text
+
+
+def ports(run: ReviewedRun, moment: Moment) -> Hints:
+    """Ask for the ports after a long approach: a robot one wheel of which stands still goes round in circles."""
+    if moment.reason == Reason.APPROACH_TIMEOUT:
+        left, right = run.mission.robot.left, run.mission.robot.right
+        text = (
+            f"{moment.target}: the robot drove to it for a long time and did not arrive. If it went round in circles, "
+            f"is the left wheel's motor on port {left} and the right one's on port {right}? `nxtdrive motor turn "
+            f"{left} 360 --nxt ADDRESS` turns the left wheel forwards if it is; other ports are left and right in "
+            "[robot]."
+        )
+        yield moment.target, text
+
+
+def motors(run: ReviewedRun, moment: Moment) -> Hints:
+    """Doubt the motors at the end, unless they were measured or are a simulated robot's usual ones."""
+    described = run.mission.robot.model_fields_set & WIRING_KEYS
+    doubtful = run.mission.calibration.motors is None and (run.truth is None or described)
+    if moment.ending in GIVEN_UP and run.seen and not run.arrivals and doubtful:
+        text = (
+            "The robot saw a target and reached none. If it turned or drove the wrong way, its motors are "
+            "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out."
+        )
+        yield "", text

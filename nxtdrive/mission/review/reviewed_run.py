@@ -1,0 +1,114 @@
+"""What the hints about a run are drawn from: its mission, its records so far, and in the simulator the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from behaviors.journal import Record, RecordKind
+from behaviors.plausibility import contradicts
+from nxtdrive.mission.detectors import build_detectors
+from nxtdrive.mission.truth import Truth, recognised
+
+if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from nxtdrive.vision.detection import TargetDetector
+
+Hints = Iterator[tuple[str, str]]
+"""Of each the target that it is about, or an empty text; and what to check or change, in one sentence or two."""
+
+
+class Moment:
+    """What the record of a transition or of the end says; nothing if made from any other record.
+
+    Attributes:
+        target: The target being pursued.
+        arrived: Whether it was reached.
+        event: The event of a transition, or None.
+        reason: Why; None at an arrival.
+        ending: How the mission ended; None before its end.
+        evidence: What the skill measured; empty if it reports nothing, as one of another package may.
+        sighting: The sighting in that evidence; likewise.
+    """
+
+    def __init__(self, record: Record) -> None:
+        known = record.data if record.kind in (RecordKind.TRANSITION, RecordKind.END) else {}
+        data = cast("Mapping[str, Any]", known)
+        self.target, self.arrived = record.target, data.get("to") == "reached"
+        self.event, self.reason = data.get("event"), None if self.arrived else data.get("reason")
+        self.ending = data.get("ending")
+        self.evidence: Mapping[str, Any] = data.get("evidence", {})
+        self.sighting: Mapping[str, Any] = self.evidence.get("sighting", {})
+
+
+@dataclass
+class ReviewedRun:
+    """A run that is under way.
+
+    Attributes:
+        mission: What the robot does.
+        truth: Of a simulated world, or None.
+        file: The mission's file, for the command in a hint; None for the built-in one.
+        by_name: Whether a target is the simulated world's object of its name, whatever that looks like.
+        camera: The camera's source, for the command in a hint.
+        world: The file or the name of the simulated world; empty for the default one.
+        arrivals: For each target that was reached: ``target``, ``time_s``, ``believed_mm`` by its size or None,
+            ``sonar_mm`` or None; in the simulator also ``true_mm`` and ``there``, whether it really stands in front of
+            the target.
+        seen: The targets that were seen.
+        look: Data of the last look; empty before the first.
+    """
+
+    mission: Mission
+    truth: Truth | None
+    file: Path | None = None
+    by_name: bool = False
+    camera: str = "0"
+    world: str = ""
+    arrivals: list[dict[str, Any]] = field(default_factory=list, init=False)
+    seen: set[str] = field(default_factory=set, init=False)
+    look: Mapping[str, Any] = field(default_factory=dict, init=False)
+    _lookalikes: dict[str, list[str]] = field(default_factory=dict, init=False)
+
+    def learn(self, record: Record) -> Moment:
+        """Learn from a record; return what it says."""
+        moment = Moment(record)
+        if record.kind is RecordKind.LOOK:
+            self.look = record.data
+            if record.data["sighting"] is not None:
+                self.seen.add(record.target)
+        elif moment.arrived:
+            believed_mm = moment.sighting.get("distance_mm")
+            arrival = {"target": record.target, "time_s": record.time_s, "believed_mm": believed_mm}
+            arrival["sonar_mm"] = self.look.get("range_mm")
+            self.arrivals.append(arrival | self._compared_with_truth(record.target, believed_mm))
+        return moment
+
+    def lookalikes(self, target: str) -> list[str]:
+        """Return the names of the objects of the simulated world that pass for a target; none without the truth."""
+        if self.truth is None:
+            return []
+        if target not in self._lookalikes:
+            known = [target] if self.by_name else recognised(self.detectors[target].detector, self.truth)
+            self._lookalikes[target] = known
+        return self._lookalikes[target]
+
+    @cached_property
+    def detectors(self) -> dict[str, TargetDetector]:
+        """The detectors by target."""
+        return build_detectors(self.mission)
+
+    def _compared_with_truth(self, target: str, believed_mm: float | None) -> dict[str, object]:
+        """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
+        if (truth := self.truth) is None:
+            return {}
+        names = self.lookalikes(target)
+        objects = sorted((not truth.in_front_of_camera(name), truth.lens_distance_mm(name)) for name in names)
+        if not objects:
+            return {"true_mm": None, "there": False}
+        hidden, true_mm = objects[0]
+        there = not hidden and (believed_mm is None or not contradicts(true_mm, believed_mm))
+        return {"true_mm": round(true_mm, 1), "there": there}

@@ -1,0 +1,121 @@
+"""Hints at distances by the size in the picture that are wrong, and with them a height or the field of view."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+from behaviors.adaptive.arrival import TUNING as ARRIVAL
+from behaviors.events import Reason
+from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
+from behaviors.plausibility import TOLERANCE_MM, contradicts
+from behaviors.profile_names import THESIS
+from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+
+STOPS_BEFORE_WARNING = 2
+"""A target in front of which the robot was stopped this many times may be nearer than its size says."""
+STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
+FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
+SCALE_TOLERANCE = 0.25
+"""A hint says so if driving or the truth shows that distances by size are wrong by more: a field of view from a data
+sheet and a height by ruler together may be wrong by less."""
+Distances = tuple[float, float]
+"""By the sonar and by the size in the picture, in millimetres."""
+
+
+def size_at_arrival(run: ReviewedRun, moment: Moment) -> Hints:
+    """Check at an arrival whether the echo contradicts the size."""
+    if moment.arrived and not moment.evidence.get("passes_over") and (distances := _contradiction(run, moment.target)):
+        yield moment.target, _wrong_size(run, moment.target, distances)
+
+
+def range_mismatch(run: ReviewedRun, moment: Moment) -> Hints:
+    """Check whether a skill found that the echo contradicts a size, unless that is known to be right."""
+    if moment.reason != Reason.RANGE_MISMATCH:
+        return
+    range_mm, distance_mm = (moment.evidence.get(name) for name in ("range_mm", "distance_mm"))
+    if range_mm is not None and distance_mm is not None and not _is_true(run, moment.target, distance_mm):
+        yield moment.target, _wrong_size(run, moment.target, (range_mm, distance_mm))
+
+
+class StopsBeforeTarget:
+    """Check at the end whether something nearer than its size says stopped the robot repeatedly before a target."""
+
+    def __init__(self) -> None:
+        self._stops: dict[str, list[Distances]] = defaultdict(list)
+
+    def __call__(self, run: ReviewedRun, moment: Moment) -> Hints:
+        """Note a stop, or check at the end."""
+        distances = _contradiction(run, moment.target) if moment.reason in STOPPED else None
+        if distances and distances[0] < distances[1]:
+            self._stops[moment.target].append(distances)
+        reached = {arrival["target"] for arrival in run.arrivals}
+        for target, stops in self._stops.items() if moment.ending else ():
+            if target not in reached and len(stops) >= STOPS_BEFORE_WARNING:
+                yield target, _wrong_size(run, target, stops[-1])
+
+
+def scale(run: ReviewedRun, moment: Moment) -> Hints:
+    """Check at an arrival whether driving or the truth shows sizes to be wrong by more than data sheets allow."""
+    if not moment.arrived:
+        return
+    target, known = moment.target, 1.0 if moment.sighting.get("bound") else _true_share(run)
+    factor = known * moment.evidence.get("scale", 1.0)
+    if abs(math.log(factor)) > math.log(1.0 + SCALE_TOLERANCE):
+        height_mm, hfov_deg = run.mission.target[target].height_mm, run.mission.camera.hfov_deg
+        text = (
+            f"{target}: its size in the picture gave {1 / factor:.2g} times the true distance. Is "
+            f"height_mm = {height_mm:g} right? It may be about {float(f'{height_mm * factor:.2g}'):g} mm high; or "
+            f"hfov_deg = {hfov_deg:g} is wrong, which `nxtdrive calibrate camera` measures."
+        )
+        yield target, text
+
+
+def _true_share(run: ReviewedRun) -> float:
+    """Return the last arrival's true distance over the estimate; 1 without the truth, and in front of what is not flat.
+
+    A camera sees the top of a box as well, so the box looks higher than it is.
+    """
+    arrival = run.arrivals[-1]
+    flat = isinstance(run.mission.target[arrival["target"]], FLAT_TARGETS)
+    if not flat or not arrival.get("there") or not arrival["believed_mm"]:
+        return 1.0
+    return float(arrival["true_mm"] / arrival["believed_mm"])
+
+
+def _contradiction(run: ReviewedRun, target: str) -> Distances | None:
+    """Return the distances of the last look, if they contradict each other.
+
+    In the simulator the echo may be known to come from something else, such as what is in the way.
+    """
+    sighting, range_mm = run.look.get("sighting"), run.look.get("range_mm")
+    if (
+        sighting is None
+        or sighting.get("bound")
+        or range_mm is None
+        or abs(sighting["bearing_deg"]) > ARRIVAL.ahead_deg
+    ):
+        return None
+    distance_mm, thesis = sighting["distance_mm"], run.mission.mission.profile == THESIS
+    tolerance_mm = TOLERANCE_MM if thesis else run.mission.adaptive.sonar_tolerance_mm
+    wrong = contradicts(range_mm, distance_mm, tolerance_mm) and not _is_true(run, target, distance_mm)
+    return (range_mm, distance_mm) if wrong else None
+
+
+def _is_true(run: ReviewedRun, target: str, distance_mm: float) -> bool:
+    """Return whether a distance by size is known to be right."""
+    truth = run.truth
+    return truth is not None and any(
+        truth.in_front_of_camera(name) and not contradicts(truth.lens_distance_mm(name), distance_mm)
+        for name in run.lookalikes(target)
+    )
+
+
+def _wrong_size(run: ReviewedRun, target: str, distances: Distances) -> str:
+    (range_mm, distance_mm), height_mm = distances, run.mission.target[target].height_mm
+    fits_mm = float(f"{height_mm * (range_mm + run.mission.sonar_ahead_mm) / distance_mm:.2g}")
+    return (
+        f"{target}: the sonar says {range_mm / 1000:.1f} m, its size in the picture says "
+        f"{distance_mm / 1000:.1f} m. Is height_mm = {height_mm:g} right? "
+        f"If the echo came from {target}, it is about {fits_mm:g} mm high."
+    )
