@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mission_result import MissionResult
-from .summary import CONFIDENCE, MIN_MISSIONS, RESAMPLES, SEED, Estimate, bootstrap_counts
+from .summary import RESAMPLES, SEED, Estimate, bootstrap
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
@@ -51,15 +51,8 @@ def reliability(values: NDArray[np.float64]) -> list[Bin]:
 
 def calibration_error(results: Sequence[MissionResult]) -> Estimate:
     """Return the expected calibration error with its bootstrap interval, whole missions resampled."""
-    sums = np.array([_sums(part) for result in results if len(part := pairs([result]))])
-    if not len(sums):
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    mean, number = float(_errors(sums.sum(axis=0))), int(sums[:, BINS].sum())
-    if len(sums) < MIN_MISSIONS:
-        return Estimate(mean, float("nan"), float("nan"), number)
-    tail = (1.0 - CONFIDENCE) / 2
-    low, high = np.quantile(_errors(bootstrap_counts(len(sums))[: RESAMPLES // 4] @ sums), [tail, 1.0 - tail])
-    return Estimate(mean, float(low), float(high), number)
+    rows = np.array([_sums(part) for result in results if len(part := pairs([result]))]).reshape(-1, BINS + 1)
+    return bootstrap(rows, _errors, RESAMPLES // 4)
 
 
 def error_of_true_chances(results: Sequence[MissionResult]) -> float:

@@ -50,16 +50,31 @@ def estimate(pairs: Sequence[Pair]) -> Estimate:
     Args:
         pairs: For each mission, the sum and the number of its values.
     """
-    values = np.array(pairs, dtype=np.float64).reshape(-1, 2)
-    number = int(values[:, 1].sum())
+    rows = np.array(pairs, dtype=np.float64).reshape(-1, 2)
+    return bootstrap(rows, lambda sums: sums[..., 0] / sums[..., 1])
+
+
+def bootstrap(
+    rows: NDArray[np.float64],
+    statistic: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    resamples: int = RESAMPLES,
+) -> Estimate:
+    """Estimate a statistic, with an interval from missions drawn again and again.
+
+    Args:
+        rows: For each mission a row of what it adds to sums, the last of which is the number of values.
+        statistic: Computes the statistic of each row of sums over missions.
+        resamples: Number of resamples, at most `RESAMPLES`.
+    """
+    number = int(rows[:, -1].sum())
     if not number:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    mean = float(values[:, 0].sum() / number)
-    if np.count_nonzero(values[:, 1]) < MIN_MISSIONS:
+    mean = float(statistic(np.array([column.sum() for column in rows.T])))
+    if np.count_nonzero(rows[:, -1]) < MIN_MISSIONS:
         return Estimate(mean, float("nan"), float("nan"), number)
-    means = _resampled(values)
+    sums = _bootstrap_counts(len(rows))[:resamples] @ rows
     tail = (1.0 - CONFIDENCE) / 2
-    low, high = np.quantile(means, [tail, 1.0 - tail])
+    low, high = np.quantile(statistic(sums[sums[:, -1] > 0]), [tail, 1.0 - tail])
     return Estimate(mean, float(low), float(high), number)
 
 
@@ -91,14 +106,8 @@ def wilson(reached: float, number: float) -> tuple[float, float]:
     return min(share, max(0.0, (middle - half) / (1 + spread))), max(share, min(1.0, (middle + half) / (1 + spread)))
 
 
-def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    sums = bootstrap_counts(len(values)) @ values
-    filled = sums[:, 1] > 0
-    return np.asarray(sums[filled, 0] / sums[filled, 1], dtype=np.float64)
-
-
 @lru_cache(maxsize=8)
-def bootstrap_counts(number: int) -> NDArray[np.uint16]:
+def _bootstrap_counts(number: int) -> NDArray[np.uint16]:
     """Return how often each resample has each mission: one row for each resample."""
     draws = np.random.default_rng(SEED).integers(0, number, (RESAMPLES, number))
     return np.array([np.bincount(each, minlength=number) for each in draws], dtype=np.uint16)
