@@ -19,7 +19,7 @@ from nxtdrive.cli.output import write_line
 from sim_backend.scenarios.classes import REALITY_CLASSES
 from sim_backend.scenarios.effects import EFFECTS, PLAIN
 
-from ..sweep.headline import difference
+from ..sweep.differences import difference
 from ..sweep.mission_result import MissionResult
 from ..sweep.result_file import read_results
 from ..sweep.summary import Estimate, by, figures

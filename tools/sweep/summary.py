@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .causes import ChoiceEvaluation
 from .metrics import TargetResult
 from .mission_result import MissionResult
 
@@ -22,6 +23,9 @@ SEED = 2017
 
 MIN_MISSIONS = 2
 """Fewer missions have no interval: all resamples of one mission are equal."""
+
+REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
+"""Mission times by which targets reached are counted."""
 
 Pair = tuple[float, float]
 """One mission's contribution: a sum and the number of its terms."""
@@ -125,44 +129,79 @@ def over_missions(value: Callable[[MissionResult], float]) -> Callable[[MissionR
     return lambda result: _pair([] if result.broke else [float(value(result))])
 
 
-success_rate = over_targets(lambda target: target.success)
-"""Counts the existing targets, and those reached."""
-FIGURES: dict[str, Callable[[MissionResult], Pair]] = {
-    "success": success_rate,
-    "spl": over_targets(lambda target: target.spl),
-    "soft_spl": over_targets(lambda target: target.soft_spl),
-    "sct": over_targets(lambda target: target.sct),
-    "all_targets": lambda result: (float(result.success), 1.0),
-    "contacts": over_missions(lambda result: result.contacts),
-    "contact_free": over_missions(lambda result: result.contacts == 0),
-    "wrong_stops": lambda result: _pair(
-        [float(i >= target.success) for target in result.targets for i in range(target.success + target.wrong_stops)]
-    ),
-    "duration_s": over_missions(lambda result: result.duration_s),
-    "fitting_choices": lambda result: _pair([float(choice.fits) for choice in result.choices]),
-    "regret_s": lambda result: _pair([choice.regret_s for choice in result.choices if choice.regret_s is not None]),
-}
-"""The figures that a sweep reports for each agent; see docs/evaluation.md."""
-SHARES = ("success", "all_targets", "contact_free", "wrong_stops", "fitting_choices")
-"""Those that are shares of targets, missions, stops or choices."""
+def over_choices(value: Callable[[ChoiceEvaluation], float | None]) -> Callable[[MissionResult], Pair]:
+    """Return a function that collects a figure of each choice that has it."""
+    return lambda result: _pair([float(each) for choice in result.choices if (each := value(choice)) is not None])
 
 
 def _pair(values: Sequence[float]) -> Pair:
     return float(sum(values)), float(len(values))
 
 
-def figures(results: Sequence[MissionResult]) -> dict[str, Estimate]:
-    """Estimate all figures of some results."""
-    return estimates(results, FIGURES, SHARES)
+def stops(result: MissionResult) -> Pair:
+    """Count the wrong stops of a mission, and all."""
+    wrong = sum(target.wrong_stops for target in result.targets)
+    return float(wrong), float(wrong + sum(target.success for target in result.targets))
 
 
-def estimates(
-    results: Sequence[MissionResult], pairs: Mapping[str, Callable[[MissionResult], Pair]], shares: Collection[str]
-) -> dict[str, Estimate]:
-    """Estimate some figures of some results; those that are named in `shares` are shares."""
+success_rate = over_targets(lambda target: target.success)
+"""Counts the existing targets, and those reached."""
+
+
+def success_by(time_s: float) -> Callable[[MissionResult], Pair]:
+    """Return a function that counts the existing targets, and those reached by a mission time."""
+    return over_targets(lambda target: target.time_s is not None and target.time_s <= time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of an agent.
+
+    Attributes:
+        name: Its name among the figures of a summary; empty if it is not one of them.
+        label: Its name in tables, and among the headline figures of a summary.
+        pair: Returns a mission's contribution.
+        share: Whether it is a share of targets, missions, stops or choices, not a mean.
+        headline: Whether it is a headline figure.
+        digits: Decimals in tables without intervals.
+    """
+
+    name: str
+    label: str
+    pair: Callable[[MissionResult], Pair]
+    share: bool = False
+    headline: bool = False
+    digits: int = 3
+
+
+TABLE = (
+    Figure("success", "success", success_rate, share=True, headline=True),
+    *(Figure("", f"by {time_s:.0f} s", success_by(time_s), share=True, headline=True) for time_s in REACHED_BY_S[1:]),
+    Figure("spl", "SPL", over_targets(lambda target: target.spl), headline=True),
+    Figure("soft_spl", "SoftSPL", over_targets(lambda target: target.soft_spl)),
+    Figure("sct", "SCT", over_targets(lambda target: target.sct), headline=True),
+    Figure("all_targets", "all targets", lambda result: (float(result.success), 1.0), share=True),
+    Figure("contacts", "contacts", over_missions(lambda result: result.contacts), headline=True, digits=2),
+    Figure("contact_free", "contact-free", over_missions(lambda result: result.contacts == 0), share=True, digits=2),
+    Figure("wrong_stops", "wrong stops", stops, share=True),
+    Figure("", "wrong stops", over_missions(lambda result: stops(result)[0]), headline=True),
+    Figure("duration_s", "mission s", over_missions(lambda result: result.duration_s), digits=0),
+    Figure("", "longest run", over_missions(lambda result: result.longest_run), headline=True),
+    Figure("fitting_choices", "fitting choices", over_choices(lambda choice: choice.fits), share=True, digits=2),
+    Figure("regret_s", "regret s", over_choices(lambda choice: choice.regret_s), digits=1),
+)
+"""All figures of agents; see docs/evaluation.md."""
+FIGURES = {figure.name: figure for figure in TABLE if figure.name}
+"""Those among the figures of a summary, by name."""
+HEADLINE = {figure.label: figure for figure in TABLE if figure.headline}
+"""The headline figures, by label."""
+
+
+def figures(results: Sequence[MissionResult], table: Mapping[str, Figure] = FIGURES) -> dict[str, Estimate]:
+    """Estimate figures from some results; the keys are those of the table."""
     return {
-        name: (estimate_share if name in shares else estimate)([pair(result) for result in results])
-        for name, pair in pairs.items()
+        key: (estimate_share if figure.share else estimate)([figure.pair(result) for result in results])
+        for key, figure in table.items()
     }
 
 

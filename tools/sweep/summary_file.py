@@ -24,9 +24,9 @@ from nxtdrive.recording.output_file import write_file
 
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .cluster import digest_of, installed
-from .headline import beyond, headline
+from .differences import beyond
 from .runner import SweepResult
-from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by, finite
+from .summary import CONFIDENCE, HEADLINE, RESAMPLES, SEED, Estimate, aggregate, by, figures, finite
 
 FORMAT = 1
 SUFFIX = ".summary.json"
@@ -120,11 +120,11 @@ def summary(swept: SweepResult) -> dict[str, Any]:
         "policies": {
             agent: {
                 **aggregate(group, swept.eval_s),
-                "headline": plain(headline(group)),
+                "headline": plain(figures(group, HEADLINE)),
                 "calibration_error": asdict(calibration_error(group)),
                 "calibration_error_of_true_chances": error_of_true_chances(group),
                 "reliability": [asdict(each) for each in reliability(pairs(group))],
-                "classes": {kind: plain(headline(each)) for kind, each in by(group, "kind").items()},
+                "classes": {kind: plain(figures(each, HEADLINE)) for kind, each in by(group, "kind").items()},
             }
             for agent, group in agents.items()
         },
@@ -149,6 +149,6 @@ def write_summary(path: Path, content: dict[str, Any]) -> None:
         ) from error
 
 
-def plain(figures: dict[str, Estimate]) -> dict[str, Any]:
+def plain(estimates: dict[str, Estimate]) -> dict[str, Any]:
     """Return estimates as plain values for JSON."""
-    return {name: asdict(value) for name, value in figures.items()}
+    return {name: asdict(value) for name, value in estimates.items()}

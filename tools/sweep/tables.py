@@ -19,9 +19,12 @@ from .agents import ALL_NAMES
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .causes import FITTING, FailureCause
 from .chart_coverage import coverage_words
-from .headline import HEADLINE, REACHED_BY_S, against, beyond, headline, success_by
+from .differences import against, beyond
 from .mission_result import MissionResult
 from .summary import (
+    FIGURES,
+    HEADLINE,
+    REACHED_BY_S,
     Estimate,
     by,
     estimate,
@@ -32,6 +35,7 @@ from .summary import (
     percentiles,
     recognition_s,
     soonest_s,
+    success_by,
     success_rate,
     times_to_goal_s,
 )
@@ -43,28 +47,27 @@ CHANCE_COLUMNS = ["agent", "chances", "choices", "predicted", "succeeded", "0" +
 
 FRAME = 3
 """Characters of a column besides its text: a border and two spaces."""
-MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
+MORE_COLUMNS = [label for label, figure in HEADLINE.items() if not figure.share]
 """Headline figures of a table of their own."""
 Results = Sequence[MissionResult]
 Cell = Callable[[Results, Mapping[str, Estimate]], str]
 """Writes a cell of a row about an agent, from its results and their figures."""
 
 
-def _mean(name: str, digits: int = 3) -> Cell:
-    """Return a cell with the mean of a figure."""
+def _means(*names: str) -> dict[str, Cell]:
+    """Return columns with the means of some figures."""
+    return {FIGURES[name].label: _mean(name, FIGURES[name].digits) for name in names}
+
+
+def _mean(name: str, digits: int) -> Cell:
     return lambda _, known: _number(known[name].mean, digits)
 
 
 AGENT_COLUMNS: dict[str, Cell] = {
     "success [95 %]": lambda _, known: interval(known["success"]),
-    "SPL": _mean("spl"),
-    "SoftSPL": _mean("soft_spl"),
-    "SCT": _mean("sct"),
-    "all targets": _mean("all_targets"),
-    "contacts": _mean("contacts", 2),
-    "contact-free": _mean("contact_free", 2),
-    "wrong stops": lambda _, known: _number(100 * known["wrong_stops"].mean, 1, " %"),
-    "mission s": _mean("duration_s", 0),
+    **_means("spl", "soft_spl", "sct", "all_targets", "contacts", "contact_free"),
+    FIGURES["wrong_stops"].label: lambda _, known: _number(100 * known["wrong_stops"].mean, 1, " %"),
+    **_means("duration_s"),
     "to goal s p50 / p90": lambda group, _: _pair(percentiles(times_to_goal_s(group)), 0),
 }
 OVERVIEW = {
@@ -77,8 +80,7 @@ OVERVIEW = {
 """Columns of the overview, and what they are called there."""
 RECOVERY_COLUMNS: dict[str, Cell] = {
     "noticed s p50 / p90": lambda group, _: _pair(percentiles(recognition_s(group)), 1),
-    "fitting choices": _mean("fitting_choices", 2),
-    "regret s": _mean("regret_s", 1),
+    **_means("fitting_choices", "regret_s"),
     "leaves an absent target s p50": lambda group, _: _pair(percentiles(given_up_s(group), [50]), 0),
     "longest run": lambda group, _: str(longest_run(group)),
     "soonest s": lambda group, _: _pair([soonest_s(group)], 1),
@@ -140,7 +142,7 @@ def reached_rows(results: Results) -> Rows:
 
 def headline_rows(results: Results) -> Rows:
     """Return the headline figures of each agent that "targets reached by" does not have, with intervals."""
-    known = {agent: headline(group) for agent, group in _by_agent(results).items()}
+    known = {agent: figures(group, HEADLINE) for agent, group in _by_agent(results).items()}
     return [[agent, *(interval(each[name]) for name in MORE_COLUMNS)] for agent, each in known.items()]
 
 

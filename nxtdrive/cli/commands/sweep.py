@@ -253,7 +253,7 @@ def _report(
 ) -> None:
     if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
-        from nxtdrive.tools.sweep.headline import against
+        from nxtdrive.tools.sweep.differences import against
         from nxtdrive.tools.sweep.summary import aggregate, by, finite
         from nxtdrive.tools.sweep.summary_file import plain
 

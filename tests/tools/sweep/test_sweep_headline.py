@@ -14,8 +14,8 @@ from sweep_results import broken_result, mission_result, target_result
 import nxtdrive
 from behaviors.profiles import registry
 from nxtdrive.cli.main import main
-from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
-from nxtdrive.tools.sweep.summary import figures, reached_by
+from nxtdrive.tools.sweep.differences import beyond
+from nxtdrive.tools.sweep.summary import HEADLINE, figures, reached_by
 from nxtdrive.tools.sweep.summary_file import own_profiles
 
 
@@ -25,7 +25,7 @@ def _result(seed, times_s, *, contacts=0):
 
 
 def test_headline_figures_count_by_the_missions_time():
-    known = headline([_result(1, [59.0, 61.0]), _result(2, [121.0, None], contacts=3)])
+    known = figures([_result(1, [59.0, 61.0]), _result(2, [121.0, None], contacts=3)], HEADLINE)
     means = {name: value.mean for name, value in known.items()}
     assert [means[name] for name in ("by 60 s", "by 120 s", "by 300 s", "success")] == [0.25, 0.5, 0.75, 0.75]
     assert (means["SPL"], means["SCT"], means["contacts"], means["longest run"]) == (0.375, 0.1875, 1.5, 1.0)
@@ -42,7 +42,7 @@ def test_what_both_do_alike_cancels_out_of_a_difference():
 
 def test_a_mission_that_broke_counts_in_every_figure_of_targets():
     results = [_result(1, [10.0, 20.0]), broken_result(seed=2)]
-    known = headline(results)
+    known = figures(results, HEADLINE)
     assert (known["success"].mean, known["SPL"].mean, known["SCT"].mean) == (0.5, 0.25, 0.125)
     assert [figures(results)[name].mean for name in ("spl", "soft_spl", "sct")] == [0.25, 0.5, 0.125]
     assert reached_by(results, np.array([15.0, 30.0])).tolist() == [0.25, 0.5]

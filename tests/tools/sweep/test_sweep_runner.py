@@ -23,10 +23,18 @@ from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents, task
 from nxtdrive.tools.sweep.causes import ChoiceEvaluation, FailureCause
-from nxtdrive.tools.sweep.headline import difference, headline
+from nxtdrive.tools.sweep.differences import difference
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
-from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, reached_by, success_rate
+from nxtdrive.tools.sweep.summary import (
+    HEADLINE,
+    aggregate,
+    estimate,
+    estimate_share,
+    figures,
+    reached_by,
+    success_rate,
+)
 from nxtdrive.tools.sweep.tables import agent_rows, choice_rows, interval, reached_rows
 from nxtdrive.tools.sweep.task import Task, evaluate, failed
 
@@ -247,7 +255,7 @@ def test_tables_and_summary_have_the_same_interval_of_all_reached():
     assert aggregate(results, 1.0)["figures"]["success"] == pytest.approx([1.0, 0.5101, 1.0, 4], abs=1e-4)
     assert agent_rows(results)[0][1] == "1.000 [0.510, 1.000]"
     assert reached_rows(results)[0][1] == "1.000 [0.510, 1.000]"
-    assert headline(results)["by 60 s"].low == pytest.approx(0.5101, abs=1e-4)
+    assert figures(results, HEADLINE)["by 60 s"].low == pytest.approx(0.5101, abs=1e-4)
 
 
 def test_agents_are_compared_on_the_same_scenarios():
