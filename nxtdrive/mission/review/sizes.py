@@ -39,7 +39,7 @@ def range_mismatch(run: ReviewedRun, moment: Moment) -> Hints:
 
 
 class StopsBeforeTarget:
-    """Check at the end whether something nearer than its size says stopped the robot repeatedly before a target."""
+    """Check at the end whether the robot was stopped repeatedly before a target that its size says is farther away."""
 
     def __init__(self) -> None:
         self._stops: dict[str, list[Distances]] = defaultdict(list)
@@ -49,10 +49,11 @@ class StopsBeforeTarget:
         distances = _contradiction(run, moment.target) if moment.reason in STOPPED else None
         if distances and distances[0] < distances[1]:
             self._stops[moment.target].append(distances)
-        reached = {arrival["target"] for arrival in run.arrivals}
-        for target, stops in self._stops.items() if moment.ending else ():
-            if target not in reached and len(stops) >= STOPS_BEFORE_WARNING:
-                yield target, _wrong_size(run, target, stops[-1])
+        if moment.ending:
+            reached = {arrival["target"] for arrival in run.arrivals}
+            for target, stops in self._stops.items():
+                if target not in reached and len(stops) >= STOPS_BEFORE_WARNING:
+                    yield target, _wrong_size(run, target, stops[-1])
 
 
 def scale(run: ReviewedRun, moment: Moment) -> Hints:
