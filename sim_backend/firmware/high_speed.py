@@ -8,18 +8,13 @@ from __future__ import annotations
 from enum import IntEnum
 
 from sim_backend.firmware.command_link import CommandLink
-from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.high_speed_receiver import HighSpeedReceiver
+from sim_backend.firmware.module import Clock
 from sim_backend.firmware.versions import Version
 
 _UPDATE = 1
 _RING = 128
 """Size of the buffer of the receiver; it counts modulo this."""
-_LINE = 4096
-"""Bytes that the line keeps at most."""
-_BUFFERED = 256
-"""Bytes that the receiver's two buffers hold; one that was set up only once counts further bytes but loses them."""
-_OPENING_MS = 2
-"""From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
 """States that 1.32 ends as they are executed."""
 _REMAINING = 16
@@ -59,11 +54,8 @@ class HighSpeed:
         self._ends_done, self._fetch_modulus = version.ends_high_speed, version.high_speed_modulus
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
-        self._opened_ms = self._loses_ms = NEVER
-        self._fresh, self._initialised = True, False
-        self._line, self._line_ms = b"", clock.now_ms
+        self._receiver, self._is_open = HighSpeedReceiver(), False
         self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
-        self._stored, self._count = bytearray(), 0
         self.to_send = self._sent = 0
 
     @property
@@ -74,29 +66,29 @@ class HighSpeed:
     @property
     def flags(self) -> int:
         """As in the map; bit 0 requests the action of the state, and is cleared when that is done."""
-        self._settle(self._now_ms)
+        self._catch_up(self._now_ms)
         return self._flags
 
     @flags.setter
     def flags(self, flags: int) -> None:
-        self._settle(self._now_ms)
-        self._flags, self._next_ms = flags, self._now_ms
+        self._catch_up(self._now_ms)
+        self._flags = flags
 
     @property
     def state(self) -> int:
         """As in the map, see `HighSpeedState`."""
-        self._settle(self._now_ms)
+        self._catch_up(self._now_ms)
         return self._state
 
     @state.setter
     def state(self, state: int) -> None:
-        self._settle(self._now_ms)
-        self._state, self._next_ms = state, self._now_ms
+        self._catch_up(self._now_ms)
+        self._state = state
 
     @property
     def sent(self) -> int:
         """Place of the next byte to send in the buffer for bytes to send."""
-        self._settle(self._now_ms)
+        self._catch_up(self._now_ms)
         return self._sent
 
     @sent.setter
@@ -137,7 +129,7 @@ class HighSpeed:
     def arrive(self, data: bytes) -> None:
         """Receive bytes; the next opening loses those that its buffers have taken while it was closed."""
         self._catch_up(self._clock.now_ms - 1)
-        self._line = (self._line + data)[:_LINE]
+        self._receiver.arrive(data)
 
     def fetch(self, size: int) -> bytes:
         """Remove and return up to `size` bytes."""
@@ -149,45 +141,21 @@ class HighSpeed:
         return bytes(data)
 
     def _catch_up(self, until_ms: int) -> None:
-        self._settle(until_ms)
-        self._take(until_ms)
-
-    def _take(self, until_ms: int) -> None:
-        """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
-
-        Beyond the bytes that a receiver stores which was never initialised, the ring gets the stored ones again.
-        A place past the ring is followed by its first one.
-        """
-        if self._loses_ms <= until_ms:
-            self._line, self._loses_ms = self._line[_BUFFERED:], NEVER
-        first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
-        for _ in range(first_ms, until_ms + 1):
-            if not self._line:
-                break
-            room = _RING - self._count % _RING
-            data, self._line = self._line[:room], self._line[room:]
-            self._stored += data[: _BUFFERED - len(self._stored)]
-            for byte in data:
-                if self._in < _RING:
-                    self._ring[self._in] = byte if self._initialised else self._stored[self._count % _BUFFERED]
-                self._count += 1
-                self._in = self._in + 1 if self._in + 1 < _RING else 0
-        self._line_ms = max(self._line_ms, until_ms + 1)
-
-    def _settle(self, until_ms: int) -> None:
-        """Execute requests in the passes since then: initialising takes one, and requests receiving in the next."""
-        while self._next_ms < until_ms and (self._flags & _UPDATE or self._remains):
-            if self._state == HighSpeedState.INITIALISE:
-                self._take(self._next_ms)
-                self._stored, self._count = bytearray(), 0
-                self._initialised = True
-                self._lose(self._next_ms)
-                if self._opened_ms != NEVER:
-                    self._opened_ms = self._next_ms
-                self._state = int(HighSpeedState.RECEIVE)
-            else:
-                self._carry_out()
+        """Do the passes since then, as far as they change anything."""
+        while self._next_ms <= until_ms and (self._is_requested or (self._is_open and not self._receiver.is_idle)):
+            self._pass()
             self._next_ms += 1
+        self._next_ms = max(self._next_ms, until_ms + 1)
+
+    def _pass(self) -> None:
+        """Execute the request, or take bytes. A place past the ring is followed by its first one."""
+        if self._is_requested and self._execute():
+            self._receiver.set_up()
+        elif self._is_open:
+            for byte in self._receiver.take():
+                if self._in < _RING:
+                    self._ring[self._in] = byte
+                self._in = self._in + 1 if self._in + 1 < _RING else 0
 
     @property
     def remaining(self) -> int:
@@ -199,18 +167,24 @@ class HighSpeed:
         """Whether the state is a number of bytes, which 1.32 ends at once, requested or not."""
         return self._ends_done and self._state >= _REMAINING
 
-    def _carry_out(self) -> None:
+    @property
+    def _is_requested(self) -> bool:
+        return bool(self._flags & _UPDATE or self._remains)
+
+    def _execute(self) -> bool:
+        """Execute the action of the state.
+
+        Returns:
+            Whether it sets up the receiver. Initialising does so, and requests receiving for the next pass.
+        """
+        if self._flags & _UPDATE and self._state == HighSpeedState.INITIALISE:
+            self._receiver.initialised = True
+            self._state = int(HighSpeedState.RECEIVE)
+            return True
         self._flags &= ~_UPDATE
-        if self._state == HighSpeedState.RECEIVE:
-            self._take(self._next_ms)
-            if self._opened_ms != NEVER or not self._initialised:
-                self._stored, self._count = bytearray(), 0
-            self._opened_ms = self._next_ms
-            self._lose(self._next_ms + 1)
-        elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
-            self._take(self._next_ms)
-            self._opened_ms = NEVER
-        elif self._state == HighSpeedState.SEND:
+        opens = self._state == HighSpeedState.RECEIVE
+        self._is_open = opens or (self._is_open and self._state != HighSpeedState.EXIT)
+        if self._state == HighSpeedState.SEND:
             if self._ends_done:
                 self._state = _REMAINING + self.to_send & 0xFF
             else:
@@ -219,7 +193,4 @@ class HighSpeed:
             self._sent, self._state = self.to_send, int(HighSpeedState.DONE)
         elif self._ends_done and self._state in _ENDED:
             self._state = int(HighSpeedState.DONE)
-
-    def _lose(self, at_ms: int) -> None:
-        """Lose, in a pass, what the receiver's buffers have taken, if they were set up before."""
-        self._loses_ms, self._fresh = NEVER if self._fresh else at_ms, False
+        return opens
