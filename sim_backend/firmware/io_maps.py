@@ -27,18 +27,14 @@ def output_map(module: OutputModule) -> LiveMap:
     """Make the map of the motors; commands take effect through the flags in the next pass."""
     live = LiveMap(iomap.OUTPUT, on_write=module.wake)
     for i, output in enumerate(module.outputs):
-        live.show(
-            output.control,
+        live.bind(
+            output,
             index=i,
             TachoCount="count",
             BlockTachoCount="block",
             RotationCount="rotation",
             ActualSpeed="actual_speed",
             Overloaded="overloaded",
-        )
-        live.bind(
-            output,
-            index=i,
             TachoLimit="tacho_limit",
             Flags="flags",
             Mode="mode",

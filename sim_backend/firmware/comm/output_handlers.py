@@ -49,7 +49,6 @@ class OutputHandlers:
         if command.port >= len(self._output.outputs):
             return refuse_with_zeros(direct.GetOutputState, Status.OUT_OF_RANGE)
         output = self._output.outputs[command.port]
-        control = output.control
         return reply_with(
             direct.OutputState(
                 command.port,
@@ -59,9 +58,9 @@ class OutputHandlers:
                 output.turn,
                 _RUN_STATES[output.run_state],
                 output.tacho_limit,
-                control.count,
-                control.block,
-                control.rotation,
+                output.count,
+                output.block,
+                output.rotation,
             )
         )
 

@@ -58,6 +58,22 @@ _SPEED, _LIMIT, _MODE, _PID = (
 )
 
 
+class _Reported:
+    """A value of the control, which each pass stores in the map; one that is written there stays until then."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, output: Output, owner: type[Output]) -> int:
+        value: int = getattr(output.control, self._name)
+        return output.written.get(self._name, value) if output.written_ms == output.clock.now_ms else value
+
+    def __set__(self, output: Output, value: int) -> None:
+        if output.written_ms != output.clock.now_ms:
+            output.written, output.written_ms = {}, output.clock.now_ms
+        output.written[self._name] = value
+
+
 class Output:
     """One output port: the command, the motor's control and the plant.
 
@@ -74,10 +90,18 @@ class Output:
         options: `motor_control.MotorOption` bits; active with `OutputFlag.MODE`.
         max_speed, max_acceleration: Of the regulation to a position, degrees in 100 ms; active with `OutputFlag.PID`.
         tacho_limit: As commanded, degrees.
+        written: Reported values that were written, by name.
+        written_ms: The pass of these.
+        clock: The brick's time.
     """
 
-    def __init__(self, control: MotorControl) -> None:
-        self.control = control
+    count, block, rotation = _Reported("count"), _Reported("block"), _Reported("rotation")
+    actual_speed, overloaded = _Reported("actual_speed"), _Reported("overloaded")
+
+    def __init__(self, control: MotorControl, clock: Clock) -> None:
+        self.control, self.clock = control, clock
+        self.written: dict[str, int] = {}
+        self.written_ms = NEVER
         self.plant: MotorPlant | None = None
         self.p_gain, self.i_gain, self.d_gain = control.gains
         self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
@@ -122,7 +146,7 @@ class OutputModule:
         self.controls = [MotorControl(i, version) for i in range(3)]
         for control in self.controls:
             control.others = [other for other in self.controls if other is not control]
-        self.outputs = [Output(control) for control in self.controls]
+        self.outputs = [Output(control, clock) for control in self.controls]
         self.due_ms = NEVER
         self._regulators = Regulators(version)
         self._groups = version.port_groups

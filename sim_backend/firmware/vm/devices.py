@@ -14,7 +14,7 @@ from random import Random
 from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.cint import s8, s16
+from sim_backend.firmware.cint import s8, s16, s32
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
@@ -65,14 +65,12 @@ _NARROW: Mapping[Type, Callable[[int], int]] = {
     Type.UWORD: lambda value: value & 0xFFFF,
     Type.SWORD: s16,
 }
-_SIGNED_OUTPUT_FIELDS = ("power", "turn", "max_speed", "max_acceleration")
+_SIGNED_OUTPUT_FIELDS = ("power", "turn", "actual_speed", "max_speed", "max_acceleration")
+_COUNTERS = ("count", "block", "rotation")
 _ALL_FLAGS = int(~OutputFlag(0))
 _STORED_BITS: Mapping[str, int] = {"flags": _ALL_FLAGS, "tacho_limit": 0xFFFF_FFFF}
-_LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
-"""Read-only fields of the motor's control."""
-
-ACTING = ("flags", "run_state")
-"""Fields of an output that the next pass applies; the others wait for a flag."""
+ACTING = ("flags", "run_state", "actual_speed", "overloaded", *_COUNTERS)
+"""Fields of an output that the next pass applies, or reports anew; the others wait for a flag."""
 
 
 @dataclass(frozen=True)
@@ -137,13 +135,11 @@ class Devices:
 
     def input_reader(self, field: int) -> Callable[[int], int]:
         """Return a function for a field of an input port, 0..3, or of the ports after it; 0 if there is none."""
-        return _reader(dict.fromkeys(INPUT_FIELDS, self.input.ports), field)
+        return _reader(self.input.ports, INPUT_FIELDS, field)
 
     def output_reader(self, field: int) -> Callable[[int], int]:
         """Return the same for an output port, 0..2."""
-        outputs = self.output.outputs
-        controls = [output.control for output in outputs]
-        return _reader({name: controls if name in _LIVE else outputs for name in self.output_fields}, field)
+        return _reader(self.output.outputs, self.output_fields, field)
 
     def put_input(self, port: int, field: int, value: int) -> None:
         """Set a field of an input port; types, modes and validity take effect in the next pass."""
@@ -161,31 +157,33 @@ class Devices:
         output, name = self.output.outputs[port], self.output_fields[field]
         if name in _SIGNED_OUTPUT_FIELDS:
             setattr(output, name, s8(value))
-        elif name not in _LIVE:
+        elif name in _COUNTERS:
+            setattr(output, name, s32(value))
+        else:
             setattr(output, name, value & _STORED_BITS.get(name, 0xFF))
         if name in ACTING:
             self.output.wake()
 
 
-def stored_output(name: str, value: str) -> str | None:
-    """Return the expression of the value that a field of an output port stores; None if a program does not set it."""
-    if name in _LIVE:
-        return None
+def stored_output(name: str, value: str) -> str:
+    """Return the expression of the value that a field of an output port stores."""
+    if name in _COUNTERS:
+        return f"({value} + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000"
     if name in _SIGNED_OUTPUT_FIELDS:
         return f"({value} + 128 & 255) - 128"
     return f"({value}) & {_STORED_BITS.get(name, 0xFF)}"
 
 
-def _reader(ports: Mapping[str, Sequence[object]], field: int) -> Callable[[int], int]:
+def _reader(ports: Sequence[object], fields: Sequence[str], field: int) -> Callable[[int], int]:
     """Return a function for a field of ports; a field beyond the last is one of the ports after it.
 
     Args:
-        ports: The names of the fields, and the objects that have them, port by port.
+        ports: The objects that have the fields.
+        fields: Names of the fields.
         field: Number of the field.
     """
-    skipped, number = divmod(field, len(ports))
-    name = [*ports][number]
-    sources, value = ports[name][skipped:], attrgetter(name)
+    skipped, number = divmod(field, len(fields))
+    sources, value = ports[skipped:], attrgetter(fields[number])
     return lambda port: int(value(sources[port])) if 0 <= port < len(sources) else 0
 
 

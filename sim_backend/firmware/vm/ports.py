@@ -78,9 +78,8 @@ def _fast_setting(machine: Machine, port: int, values: Sequence[tuple[int, int]]
     wake = operands.function("wake_outputs", module.wake)
     lines = [f"for number in groups.get({operands.integer(port)}, ()):", "    port = outputs[number]"]
     for field, value in values:
-        stored = stored_output(OUTPUT_FIELDS[field], operands.integer(value))
-        if stored:
-            lines.append(f"    port.{OUTPUT_FIELDS[field]} = {stored}")
+        name = OUTPUT_FIELDS[field]
+        lines.append(f"    port.{name} = {stored_output(name, operands.integer(value))}")
     if any(OUTPUT_FIELDS[field] in ACTING for field, _ in values):
         lines.append(f"    {wake}()")
     return Effect(tuple(lines), None if machine.dialect.has_fields else Ports.SETS)
