@@ -109,11 +109,6 @@ class SoundModule:
         self.due_ms = self._clock.now_ms + 1
 
     @property
-    def playing(self) -> bool:
-        """Whether a tone or file is playing, or about to."""
-        return bool(self.flags & (SoundFlag.RUNNING | SoundFlag.UPDATE))
-
-    @property
     def audible(self) -> bool:
         """Whether a tone or file is playing: until the pass before its end, or before the last sample of a file."""
         if self.state == (SoundState.FILE if self._is_melody else SoundState.TONE) or not (

@@ -101,14 +101,6 @@ class FileRunner:
         self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
         self.count = times.MELODY_PASSES
 
-    def ends(self, now_ms: int) -> bool:
-        """Return whether this pass leads back to the menu, which loses a request."""
-        if not self._registers.runs_file or now_ms < self._registers.next_step_ms:
-            return False
-        if self._run is Run.DRAWING:
-            return not self._screen.drawing and extension(self._file) not in self._known
-        return self._run is Run.MESSAGE and now_ms >= self._message_ends_ms
-
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
         registers, now_ms = self._registers, self._clock.now_ms
@@ -117,7 +109,8 @@ class FileRunner:
         elif registers.runs_file:
             self.count = self._passes + now_ms - self._begun_ms
         registers.set(UiFlag.BUSY)
-        registers.state, registers.next_step_ms, self._has_page = int(UiState.OPENING), now_ms + 1, True
+        registers.state, registers.from_menu = int(UiState.OPENING), False
+        registers.next_step_ms, self._has_page = now_ms + 1, True
         self._io_control.stays_on = False
         self._menu.interrupt()
         self._sleep_timer.restart(now_ms)
@@ -125,8 +118,7 @@ class FileRunner:
     def enter(self) -> None:
         """Give the screen to the requested file."""
         registers = self._registers
-        registers.state, registers.from_menu = int(UiState.RUNNING), False
-        registers.next_step_ms = self._clock.now_ms + 1
+        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
         self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
         self._menu.show_file(unpack_name(self._file))
@@ -171,7 +163,7 @@ class FileRunner:
             case Run.SOUND if self._keys.read() == Key.EXIT:
                 self._sound.cancel()
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
-            case Run.SOUND if self._sound.playing:  # a click that has just begun plays, too
+            case Run.SOUND if self._sound.state:
                 registers.next_step_ms = now_ms + 1
                 self._show_running(now_ms)
             case Run.STEPS:
@@ -323,7 +315,6 @@ class FileRunner:
         self._programs.reset()
         self._screen.mark(marks.CLOSING)
         if registers.from_menu and registers.flags & UiFlag.EXECUTE_FILE:
-            registers.from_menu = False
             self.begin()
         else:
             self._lose_request()

@@ -68,3 +68,8 @@ class UiRegisters:
     def runs_file(self) -> bool:
         """Whether a file has the screen: a program, a sound, or the message about its end."""
         return self.state == UiState.RUNNING or self.from_menu
+
+    @property
+    def requested(self) -> bool:
+        """Whether a file is requested, and nothing is busy."""
+        return self.flags & (UiFlag.EXECUTE_FILE | UiFlag.BUSY) == UiFlag.EXECUTE_FILE

@@ -297,17 +297,18 @@ class UiModule:
         self._screen.rest(now_ms)
 
     def _step(self, now_ms: int) -> None:
-        """Begin with a requested file, or take the next step of the state."""
+        """Take the next step of the state, or begin with a requested file; one that is shown takes its step, too."""
         registers = self.registers
         self._menu_keys.end_page()
-        steps = self._menu.begins or (registers.runs_file and not self._files.has_begun) or self._files.ends(now_ms)
-        loads = registers.starting and registers.state == UiState.START
-        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or steps):
-            registers.starting = False
-            self._files.begin()
-        elif now_ms >= registers.next_step_ms:
+        waits = self._menu.begins or (registers.starting and registers.state == UiState.START)
+        accepts = registers.requested and not waits
+        has_screen = registers.runs_file or registers.state == UiState.OPENING
+        if now_ms >= registers.next_step_ms and (has_screen or not accepts):
             registers.next_step_ms = NEVER
             self._advance(now_ms)
+        if accepts and registers.requested:
+            registers.starting = False
+            self._files.begin()
 
     def _advance(self, now_ms: int) -> None:
         registers, state = self.registers, self.registers.state
