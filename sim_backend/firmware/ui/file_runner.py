@@ -176,6 +176,7 @@ class FileRunner:
             case Run.MESSAGE:
                 self._open_menu()
             case Run.PAGE:
+                registers.set(UiFlag.ENABLE_STATUS * bool(self._parts))
                 self._screen.mark(self._parts.pop() if self._parts else marks.FILE_NAME)
                 registers.next_step_ms = now_ms + 1
             case Run.LOG:

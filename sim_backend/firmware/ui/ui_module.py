@@ -360,10 +360,15 @@ class UiModule:
         self._menu.reset()
 
     def _follow_exit(self) -> None:
-        """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
-        counts = self.registers.is_on and not (self.registers.starting or self._files.has_begun)
-        if counts and self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS:
-            self.registers.force_off = 1
+        """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs.
+
+        A file that a written state has interrupted still counts in the states of the radio.
+        """
+        registers = self.registers
+        runs = self._files.has_begun and (registers.runs_file or registers.state in states.RADIO_SHOWN)
+        held = self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS
+        if held and registers.is_on and not (registers.starting or runs):
+            registers.force_off = 1
 
     def _schedule(self) -> None:
         registers, now_ms, keys = self.registers, self._clock.now_ms, self._keys
