@@ -180,22 +180,28 @@ class SoundModule:
         if not found.size:
             self._loader.open_read(found.name)
             self._close_file()
-            if self.mode != SoundMode.LOOP:
-                self._silence()
-                self.tone = None if interrupts else self.tone
+            if interrupts:
+                self._interrupt(now_ms)
+                self.flags &= ~int(SoundFlag.RUNNING)
+                self._sounds, self._ends_ms = False, 0
             return
         self._close_file()
         _, handle, size = self._loader.open_read(found.name)
         ring = self._ring
         self._sample_rest_ms = ring.rest_of_sample_ms(now_ms) if interrupts or not ring.outlasts(now_ms) else 0.0
-        ring.silence(after_ms=None if interrupts else now_ms)
+        ring.silence(after_ms=now_ms)
         if interrupts:
-            self.tone, self.from_file = None, False
-            self._waves.cut(now_ms)
+            self._interrupt(now_ms)
         begins_anew = interrupts or ring.is_full
         if begins_anew:
             self._notes, self._plays_buffer = [], False
         self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
+
+    def _interrupt(self, now_ms: int) -> None:
+        """Take what plays from the loudspeaker."""
+        self._ring.silence()
+        self._waves.cut(now_ms)
+        self.tone, self.from_file = None, False
 
     def _start_tone(self, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play the tone of the map, after the rest of a file's sample."""
