@@ -360,7 +360,8 @@ class CommandModule:
         if self._tick_lag:
             self._catch_up(machine, runs_on=outcome is None and (machine.runs or machine.full) and not step)
         if outcome is None:
-            self.due_ms, self.calculates = machine.due_ms, machine.calculates
+            self.calculates = machine.calculates
+            self.due_ms = now_ms + 1 if self.deactivate == 1 else machine.due_ms  # the program itself can set the flag
             return True
         numbered = outcome is Outcome.ERROR and self._dialect.shows_faults
         self._end(machine.error & 0xFF if numbered else ProgramStatus(outcome))

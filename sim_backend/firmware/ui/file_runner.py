@@ -176,8 +176,7 @@ class FileRunner:
             case Run.MESSAGE:
                 self._open_menu()
             case Run.PAGE:
-                registers.set(UiFlag.ENABLE_STATUS * bool(self._parts))
-                self._screen.mark(self._parts.pop() if self._parts else marks.FILE_NAME)
+                self._draw_page()
                 registers.next_step_ms = now_ms + 1
             case Run.LOG:
                 self._begin_message(now_ms)
@@ -273,6 +272,12 @@ class FileRunner:
                 self._begin_message(now_ms)
                 self.count = self._log_count - 2
                 self._open_menu()
+
+    def _draw_page(self) -> None:
+        """Draw the page of the file that has the screen, with the status bar, and only its name from then on."""
+        if self._parts:
+            self._registers.set(UiFlag.ENABLE_STATUS)
+        self._screen.mark(self._parts.pop() if self._parts else marks.FILE_NAME)
 
     def _draw_steps(self) -> None:
         """Draw the next part of a program made on the brick, for which a file is missing."""
