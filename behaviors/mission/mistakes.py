@@ -67,7 +67,7 @@ def _message(problem: Mapping[str, Any], path: Sequence[int | str], detector: ob
     kind, value, where = problem["type"], problem["input"], key_path(path)
     if kind == "extra_forbidden":
         return _unknown(path, value, detector, model)
-    if kind in ("union_tag_not_found", "union_tag_invalid") and isinstance(value, dict):
+    if kind == "union_tag_not_found" and isinstance(value, dict):
         return _detector_advice(value)
     if kind in NO_TABLE:
         if where == "target":
@@ -94,9 +94,10 @@ def _unknown(path: Sequence[int | str], value: object, detector: object, model: 
         return f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
     if path == ["targets"] and isinstance(value, dict):
         return f"the table of a target is [target.{toml_key(next(iter(value), 'NAME'))}]"
-    if len(path) == 1 and isinstance(value, dict):
+    if isinstance(value, dict):
         tables = {homes for each in value if (homes := _homes(str(each), model))}
-        if len(tables) == 1 and f"[{nearest(key, model.model_fields)}]" not in (fitting := tables.pop()):
+        fitting = tables.pop() if len(tables) == 1 else ""
+        if fitting and not (len(path) == 1 and f"[{nearest(key, model.model_fields)}]" in fitting):
             return f"there is no such table; its keys belong in {fitting}"
     homes = _homes(key, model)
     return f"belongs in the table {homes}" if homes else f"unknown key; {_advice(key, here)}"

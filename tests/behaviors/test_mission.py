@@ -32,6 +32,8 @@ detector = "color"
 color = "red"
 """
 
+CALIBRATED = "hue_deg = 26, reach_deg = 10, min_saturation_percent = 70, min_value_percent = 20"
+
 
 def _write(folder: Path, text: str) -> Path:
     path = folder / "mission.toml"
@@ -94,8 +96,9 @@ def test_a_world_in_place_of_a_mission_is_called_one(tmp_path):
 
 
 def test_a_robot_file_in_place_of_a_mission_is_called_one(tmp_path):
-    said = _complaint(tmp_path, "[robot]\nradius_mm = 140\n[camera]\ntilt_deg = -5")
-    assert "is a robot file, not a mission. Missions use it with --robot " in said
+    for more in ("", f"[color]\nred = {{ {CALIBRATED} }}\n[calibration]\nformat = 1\n"):
+        said = _complaint(tmp_path, f"[robot]\nradius_mm = 140\n[camera]\ntilt_deg = -5\n{more}")
+        assert "is a robot file, not a mission. Missions use it with --robot " in said
 
 
 def test_a_file_of_another_program_is_not_checked_key_by_key(tmp_path):
@@ -109,6 +112,11 @@ def test_a_picture_in_place_of_a_mission_is_called_one(tmp_path):
     (cat := tmp_path / "cat.jpg").write_bytes(bytes(300_000))
     with pytest.raises(MissionError, match=r"is a picture, not a mission. `nxtdrive mission new --picture .*cat.jpg"):
         load_mission(cat)
+
+
+def test_a_picture_that_is_not_there_is_not_called_one():
+    with pytest.raises(MissionError, match=r"^cat\.jpg: cannot be read"):
+        load_mission(Path("cat.jpg"))
 
 
 def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
@@ -154,7 +162,10 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         ("[mission]\ntargets = []\n[target]", "a mission needs at least one target"),
         ('[mission]\ntargets = ["lena"]\n[target]', "target 'lena' has no table [target.lena]"),
         ("mission = [", "is not TOML"),
-        (GOOD + "[robot]\ntouch = 4\n", "ultrasonic and touch both use port 4"),
+        (
+            GOOD + "[robot]\ntouch = 4\n",
+            ": 1 mistake\n  robot: ultrasonic and touch both use port 4; give each sensor a port of its own",
+        ),
         (GOOD + "[robot]\ncompass = 1\n", "touch and compass both use port 1"),
         (GOOD + "[robot]\nleft = 'D'\n", "robot.left: must be 'A', 'B' or 'C', not 'D'"),
         (GOOD.replace('"red"', '"pink"'), "target.box.color: must be 'red', 'orange'"),
@@ -175,7 +186,21 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),
         (GOOD + "[color.red]\nhue_deg = 8\n", "color.red.reach_deg: is missing; `nxtdrive calibrate colors` writes"),
-        ('[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"', "target.box.id: is missing"),
+        (GOOD + f"[color]\nred = {{ {CALIBRATED.replace('26', '400')} }}\n", "color.red.hue_deg: must be less than 360, not 400"),
+        (
+            '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"',
+            "target.box.id: is missing; `nxtdrive mission new FILE` writes an example",
+        ),
+        (
+            '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = []',
+            "target.a.pictures: must not be empty",
+        ),
+        ("color = 'red'\n" + GOOD, "color: it must be a table, [color], not 'red'"),
+        (GOOD + "[camera]\nyaw_radians = 0.1\n", "unknown key; did you mean 'yaw_deg' (yaw_deg is a number in degrees)?"),
+        (GOOD + "[thesis]\nwiat_s = 3\n", "unknown key; did you mean 'wait_s' (wait_s is a number in seconds)?"),
+        (GOOD + "[robot.camera]\nhfov_deg = 50\n", "robot.camera: there is no such table; its keys belong in [camera]"),
+        (GOOD + "[mission.robot]\nleft = 'A'\n", "mission.robot: there is no such table; its keys belong in [robot]"),
+        (GOOD + "[floor]\nsize_mm = [3000, 2000]\n", "floor: unknown key"),
         (
             '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "qr"\ntext = "7"\nsize_mm = 9',
             "target.a.size_mm: unknown key; known here: detector, height_mm, text",
@@ -356,6 +381,7 @@ def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
         (("[target.box]", "[target.cat]\ndetector = 'marker'\nid = 1\n[target.box]"), "target.cat: no effect"),
         (("color =", "height_mm = 29.7\ncolor ="), "Is it in centimetres? Then it is 297 mm"),
         (("color =", "height_mm = 2600\ncolor ="), "more than 2.5 m"),
+        (("color =", "height_mm = 2500\ncolor ="), None),
         (("[target.box]", "[robot]\nstop_distance_mm = 400\n[target.box]"), "the safety stop ends an approach 440 mm"),
         (
             (
@@ -364,7 +390,13 @@ def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
             ),
             "before adaptive.arrive_mm = 420",
         ),
+        (
+            ("[target.box]", "[robot]\nstop_distance_mm = 320\n[camera]\nforward_mm = -20\n[target.box]"),
+            "the safety stop ends an approach 440 mm",
+        ),
+        (("[target.box]", "[robot]\nstop_distance_mm = 400\n[camera]\nforward_mm = 90\n[target.box]"), None),
         (("[target.box]", "[robot]\nwheel_diameter_mm = 20\n[target.box]"), "drive 149 mm/s at most"),
+        (("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\n[target.box]"), None),
         (
             ("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"),
             "only 35 mm apart",
@@ -396,9 +428,6 @@ def test_targets_that_no_detector_distinguishes_cause_a_warning(tmp_path, target
     other = two.replace("7", "8", 1).replace("red", "blue", 1).replace("cup", "cat", 1)
     other = other.replace('"haar"', '"haar"\ncascade = "haarcascade_eye"', 1)
     assert not list(value_warnings(load_mission(_write(tmp_path, other))))
-
-
-CALIBRATED = "hue_deg = 26, reach_deg = 10, min_saturation_percent = 70, min_value_percent = 20"
 
 
 @pytest.mark.parametrize(("shade", "warned"), [("", True), (f"color.orange = {{ {CALIBRATED} }}\n", False)])
