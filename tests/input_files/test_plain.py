@@ -1,9 +1,10 @@
 import gzip
+import os
 from pathlib import Path
 
 import pytest
 
-from input_files.plain import InputFileError, at_home, missing_file, read_text, whole_number
+from input_files.plain import InputFileError, at_home, is_number, missing_file, read_bytes, read_text, whole_number
 
 TEXT = "Bär\n" * 1000
 
@@ -48,6 +49,40 @@ def test_of_a_file_that_is_not_there_the_most_similar_one_beside_it_is_named(tmp
     for other in ("cat.toml", "nowhere/my-mission.toml"):
         with pytest.raises(InputFileError, match=r"Check the path\.$"):
             read_text(tmp_path / other, limit=1)
+
+
+def test_a_file_may_have_as_many_bytes_as_the_limit(tmp_path):
+    (path := tmp_path / "cat.bin").write_bytes(b"1234")
+    assert read_bytes(path, limit=4) == b"1234"
+    with pytest.raises(InputFileError, match=r"cat\.bin is too large: more than 3e-06 MB"):
+        read_bytes(path, limit=3)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs files whose size the system does not tell")
+def test_a_file_that_is_larger_than_the_system_says_is_refused():
+    with pytest.raises(InputFileError, match="is too large"):
+        read_bytes(Path("/proc/self/status"), limit=10)
+
+
+def test_a_name_that_no_file_can_have_is_refused():
+    with pytest.raises(InputFileError, match=r"^'cat\\x00\.toml' cannot be read \(.*\)\. Check the path\.$"):
+        read_text(Path("cat\0.toml"), limit=1)
+
+
+def test_texts_of_other_systems_are_read_without_their_marks_and_line_ends(tmp_path):
+    (path := tmp_path / "cat.txt").write_bytes(b"\xef\xbb\xbfB\xc3\xa4r\r\n\r\nend\r\n")
+    assert read_text(path, limit=100) == "Bär\n\nend\n"
+
+
+def test_true_is_no_number():
+    assert [is_number(value) for value in (1, 1.5, True, False, "1", None)] == [True, True, False, False, False, False]
+
+
+def test_a_folder_and_a_device_are_called_that(tmp_path):
+    with pytest.raises(InputFileError, match=r"is a folder\. Choose a file in it\.$"):
+        read_text(tmp_path, limit=1)
+    with pytest.raises(InputFileError, match=r"is a device or a pipe\. Name a regular file\.$"):
+        read_text(Path(os.devnull), limit=1)
 
 
 def test_of_a_file_that_may_not_be_read_the_permissions_are_to_be_checked(monkeypatch):
