@@ -8,7 +8,7 @@ import pytest
 from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.world_model import WorldModel
-from behaviors.mission import Mission, MissionError, described_by, load_mission
+from behaviors.mission import Mission, MissionError, chosen_robot_file, described_by, load_mission
 from behaviors.mission.robot import CameraTable, RobotFile, RobotFileError, RobotTable, load_robot_file
 from behaviors.ports import Glimpse, Pose, Sighting
 
@@ -105,6 +105,16 @@ def test_mistakes_of_a_robot_file_are_mistakes_of_the_mission_that_names_it(tmp_
         load_mission(path)
 
 
+def test_mistakes_of_the_mission_do_not_hide_that_its_robot_file_is_not_there(tmp_path):
+    path = _file(tmp_path, "m.toml", MISSION.replace("[mission]", '[mission]\nrounds = 0\nrobot_file = "gone.toml"'))
+    with pytest.raises(MissionError, match=r": 2 mistakes\n  mission\.rounds: .*\n.*gone\.toml: cannot be read"):
+        load_mission(path)
+
+
+def test_a_mission_without_a_file_has_no_robot_file_beside_it(tmp_path):
+    assert chosen_robot_file("robot.toml", None, None, tmp_path / "usual.toml") == tmp_path / "usual.toml"
+
+
 def test_a_port_of_the_mission_may_not_be_one_of_the_robot_file(tmp_path):
     robot = _file(tmp_path, "robot.toml", '[robot]\nleft = "A"\n')
     path = _file(tmp_path, "m.toml", MISSION + '[robot]\nright = "A"\n')
@@ -171,3 +181,13 @@ def test_a_camera_that_looks_to_the_side_has_looked_there():
     camera = CameraTable(forward_mm=50.0, yaw_deg=20.0)
     view = camera.view_at(Pose(10.0, 20.0, 90.0))
     assert (view.x_mm, view.y_mm, view.heading_deg) == pytest.approx((10.0, 70.0, 110.0))
+
+
+def test_a_ray_meets_the_floor_nearer_the_steeper_it_points_down():
+    camera = CameraTable(height_mm=200.0)
+    assert [camera.floor_mm(below_deg) for below_deg in (30.0, 45.0, 60.0)] == pytest.approx([346.4, 200.0, 115.5], abs=0.1)
+
+
+def test_wheels_that_slip_in_turns_turn_a_robot_as_if_they_were_farther_apart():
+    assert RobotTable(axle_track_mm=120.0, turn_slip_percent=20.0).turning_track_mm == pytest.approx(150.0)
+    assert RobotTable(axle_track_mm=120.0).turning_track_mm == 120.0
