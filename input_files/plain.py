@@ -108,7 +108,7 @@ def missing_file(file: str, folder: Path, kind: str) -> str:
         return f"{excerpt(file)}; that is a folder, so name a file in it"
     windows = PureWindowsPath(file)
     for each in (windows.as_posix(), windows.name):  # of a mission that was written on another computer
-        if each != file and os.path.isfile(folder / each):
+        if os.path.isfile(folder / each):
             return f"{excerpt(file)}; write {excerpt(each)}"
     similar = similar_file(path)
     meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
@@ -185,4 +185,7 @@ def is_utf_8(text: str | Path) -> bool:
 
 def at_home(text: str | Path) -> Path:
     """Return a path with the user's folder in place of ``~``, which stays where no such user is known."""
-    return Path(os.path.expanduser(text))
+    try:
+        return Path(os.path.expanduser(text))
+    except ValueError:  # a NUL in the user's name
+        return Path(text)

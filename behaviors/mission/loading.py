@@ -126,7 +126,7 @@ def chosen_robot_file(named: object, path: Path | None, robot: Path | None, defa
         robot: The one that comes before it.
         default: The one that comes after it.
     """
-    beside = path.parent / named if path is not None and isinstance(named, str) else None
+    beside = path.parent / at_home(named) if path is not None and isinstance(named, str) else None
     return robot or beside or default
 
 
@@ -185,9 +185,9 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
         for i, picture in enumerate(pictures[:MAX_PICTURES]):
             if not isinstance(picture, str):
                 continue
-            found = [folder / picture for folder in folders if os.path.isfile(folder / picture)]
-            if found:
-                pictures[i] = str(found[0])
+            paths = [folder / at_home(picture) for folder in folders]
+            if found := next(filter(os.path.isfile, paths), None):
+                pictures[i] = str(found)
             else:
                 yield f"target.{name}.pictures[{i}]: there is no picture {missing_file(picture, folders[0], 'mission')}"
         detector = str(target.get("detector"))
@@ -206,7 +206,7 @@ def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
     if isinstance(adaptive, dict) and isinstance(name, str):
         del adaptive["chances"]
         try:
-            adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
+            adaptive["chances"] = parse_object(read_text(folder / at_home(name), MEGABYTE))["counts"]
         except InputFileError as error:
             yield f"adaptive.chances: {error}"
         except (ValueError, KeyError):

@@ -119,6 +119,24 @@ def test_a_picture_that_is_not_there_is_not_called_one():
         load_mission(Path("cat.jpg"))
 
 
+def test_files_may_lie_in_the_users_folder(tmp_path, monkeypatch):
+    (home := tmp_path / "home").mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    (home / "cat.jpg").touch()
+    (home / "robot.toml").write_text("[robot]\nradius_mm = 90\n")
+    (home / "chances.json").write_text('{"counts": {"wait": [3, 4]}}')
+    mission = load_mission(
+        _write(
+            tmp_path,
+            '[mission]\ntargets = ["cat"]\nrobot_file = "~/robot.toml"\n[adaptive]\nchances = "~/chances.json"\n'
+            '[target.cat]\ndetector = "picture"\npictures = ["~/cat.jpg"]\n',
+        )
+    )
+    assert mission.target["cat"].pictures == [str(home / "cat.jpg")]
+    assert mission.robot.radius_mm == 90
+    assert mission.adaptive.chances == {"wait": [3, 4]}
+
+
 def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
     text = _complaint(
         tmp_path,
@@ -261,9 +279,13 @@ def test_one_mistake_one_sentence(tmp_path, text, expected):
     assert expected in _complaint(tmp_path, text)
 
 
-def test_a_picture_with_an_impossible_name_is_one_mistake(tmp_path):
-    target = '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = ["\\u0000/cat.jpg"]\n'
-    assert "there is no picture '\\x00/cat.jpg'; put it beside" in _complaint(tmp_path, target)
+@pytest.mark.parametrize("name", ["\\u0000/cat.jpg", "~cat\\u0000/cat.jpg"])
+@pytest.mark.parametrize(
+    "keys", ['detector = "picture"\npictures = ["{}"]', 'detector = "onnx"\nlabel = "cat"\nmodel = "{}"']
+)
+def test_a_file_with_an_impossible_name_is_one_mistake(tmp_path, keys, name):
+    said = _complaint(tmp_path, f'[mission]\ntargets = ["a"]\n[target.a]\n{keys.format(name)}\n')
+    assert re.search(r": 1 mistake\n.*: there is no (picture|file) '.*\\x00/cat\.jpg'; put it beside", said)
 
 
 @pytest.mark.parametrize("written", ["my-kat.jpg", "My-Cat.JPG"])

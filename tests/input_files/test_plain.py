@@ -122,4 +122,5 @@ def test_a_whole_number_is_read():
 def test_the_folder_of_a_user_who_is_not_known_stays_as_it_was_written(monkeypatch):
     monkeypatch.setenv("HOME", "/home/lena")
     assert at_home("~/cat.png") == Path("/home/lena/cat.png")
-    assert at_home("~nosuchuser/cat.png") == Path("~nosuchuser/cat.png")
+    for name in ("~nosuchuser/cat.png", "~no\0user/cat.png"):
+        assert at_home(name) == Path(name)
