@@ -22,9 +22,8 @@ MAX_PIXELS = 64_000_000
 MAX_SIDE = 16_000
 """Longest side of a picture: OpenCV transforms no image with one of 32,767, and some are enlarged."""
 KEPT_PIXELS = 16_000_000
-"""A picture with more is reduced; detectors need far fewer."""
+"""A picture with more is reduced to half its width and height; detectors need far fewer."""
 FORMATS = ("PNG", "JPEG", "BMP", "WEBP", "TIFF", "PPM")
-REDUCED = {1: cv2.IMREAD_COLOR, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
 
 log = logging.getLogger(__name__)
 
@@ -48,15 +47,16 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         raise InputFileError(
             f"{path} has {width}x{height} pixels; {MAX_SIDE} are the limit for a side. Make it smaller, or cut it."
         )
-    factor = next(each for each in REDUCED if each == max(REDUCED) or pixels <= KEPT_PIXELS * each**2)
+    reduced = pixels > KEPT_PIXELS
+    flags = cv2.IMREAD_REDUCED_COLOR_2 if reduced else cv2.IMREAD_COLOR
     try:
-        image = _on_paper(data, factor) if transparent else cv2.imdecode(np.frombuffer(data, np.uint8), REDUCED[factor])
+        image = _on_paper(data, reduced) if transparent else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (cv2.error, OSError, SyntaxError, ValueError):  # as OpenCV and Pillow report damage
         image = None
     if image is None or image.dtype != np.uint8 or image.ndim != 3:  # of floating-point numbers
         raise InputFileError(f"{path} is damaged or incomplete. Copy it again, or save it again as PNG or JPEG.")
-    if factor > 1:
-        log.info("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)
+    if reduced:
+        log.info("%s has %dx%d pixels and is reduced to 1/2 of its width and height.", path, width, height)
     return image.astype(np.uint8, copy=False)
 
 
@@ -80,13 +80,13 @@ def _header(path: Path, data: bytes) -> tuple[int, int, bool]:
         raise InputFileError(_why_no_picture(path, data)) from None
 
 
-def _on_paper(data: bytes, factor: int) -> NDArray[np.uint8]:
+def _on_paper(data: bytes, reduced: bool) -> NDArray[np.uint8]:
     """Decode a picture with transparent pixels as it comes out of a printer; their colours under it are arbitrary."""
     with _opened(data) as image:
         layer = ImageOps.exif_transpose(image).convert("RGBA")
     paper = Image.new("RGBA", layer.size, "white")
     paper.alpha_composite(layer)
-    return np.asarray(paper.convert("RGB").reduce(factor))[:, :, ::-1].copy()
+    return np.asarray(paper.convert("RGB").reduce(2 if reduced else 1))[:, :, ::-1].copy()
 
 
 def _why_no_picture(path: Path, data: bytes) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from input_files.pydantic_words import first_mistake, words
+from input_files.pydantic_words import LONGEST_EXAMPLE, first_mistake, words
 
 
 class Wheel(BaseModel):
@@ -64,3 +64,9 @@ def test_limits_are_in_words(kind, value, says):
     with pytest.raises(ValidationError) as caught:
         TypeAdapter(kind).validate_python(value)
     assert first_mistake(caught.value.errors()) == says
+
+
+def test_a_short_text_that_should_be_a_list_is_shown_as_one():
+    text = "x" * LONGEST_EXAMPLE
+    assert words("list_type", {}, "", text) == f'must be a list in brackets, as in ["{text}"]'
+    assert words("list_type", {}, "", text + "x") == "must be a list in brackets, as in [1, 2]"

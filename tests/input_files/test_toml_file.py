@@ -2,7 +2,7 @@
 
 import pytest
 
-from input_files.plain import InputFileError
+from input_files.plain import MAX_DEPTH, InputFileError
 from input_files.toml_file import LINE_LIMIT, parse_toml, read_toml, toml_key, toml_string
 
 
@@ -106,3 +106,17 @@ def test_a_mistake_at_the_end_of_the_file_has_no_line(tmp_path):
 
 def test_the_line_that_is_not_utf_8_is_named(tmp_path):
     assert "line 3" in _refusal(tmp_path / "cat.toml", '[mission]\n\nname = "Kätzchen"'.encode("latin-1"))
+
+
+@pytest.mark.parametrize("part", ["a", '"a b"', "'a'"])
+@pytest.mark.parametrize(("between", "around"), [(".", "{} = 1"), (" . ", "{} = 1"), (".", "[{}]")])
+def test_a_key_of_too_many_parts_is_refused_before_it_takes_memory(part, between, around):
+    assert parse_toml(around.format(between.join([part] * MAX_DEPTH)))
+    with pytest.raises(ValueError, match="it has a key of more than 32 parts"):
+        parse_toml(around.format(between.join([part] * (MAX_DEPTH + 1))))
+
+
+def test_a_file_that_is_much_larger_than_any_mission_is_refused(tmp_path):
+    assert _refusal(tmp_path / "cat.toml", b"#" * 250_001).endswith("more than 0.25 MB. Choose another file.")
+    (tmp_path / "cat.toml").write_bytes(b"#" * 250_000)
+    assert read_toml(tmp_path / "cat.toml") == {}
