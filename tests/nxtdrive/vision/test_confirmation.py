@@ -8,8 +8,8 @@ from nxtdrive.vision.confirmation import Confirmation
 FRAME_S = 0.1
 
 
-def seen(bearing_deg=0.0, distance_mm=1000.0):
-    return Sighting("lena", bearing_deg, distance_mm, 0.9, 0.0, (0, 0, 10, 10))
+def seen(bearing_deg=0.0, distance_mm=1000.0, *, bound=False):
+    return Sighting("lena", bearing_deg, distance_mm, 0.9, 0.0, (0, 0, 10, 10), bound=bound)
 
 
 def run(confirmation, frames):
@@ -37,6 +37,20 @@ def test_two_frames_without_detection_start_over():
 @pytest.mark.parametrize("other", [seen(15), seen(-15), seen(0, 1500), seen(0, 600)])
 def test_detections_in_different_places_do_not_confirm(other):
     assert run(Confirmation(), [[seen()], [other]]) == [None, None]
+
+
+@pytest.mark.parametrize(("far_is_cut_off", "near_is_cut_off"), [(True, False), (False, True)])
+def test_what_is_cut_off_may_be_nearer_than_it_looks_but_not_farther_away(far_is_cut_off, near_is_cut_off):
+    far, near = seen(0, 1500, bound=far_is_cut_off), seen(0, 1000, bound=near_is_cut_off)
+    for frames in ([[far], [near]], [[near], [far]]):
+        assert (run(Confirmation(), frames)[1] is not None) is far_is_cut_off
+
+
+@pytest.mark.parametrize(("pause_s", "confirmed"), [(0.1, True), (1.9, True), (2.1, False)])
+def test_only_recent_detections_confirm_at_any_time_of_a_mission(pause_s, confirmed):
+    confirmation = Confirmation()
+    confirmation.update(300.0, [seen()])
+    assert (confirmation.update(300.0 + pause_s, [seen()]) is not None) is confirmed
 
 
 def test_a_flickering_false_alarm_beside_a_steady_target_is_passed_over():

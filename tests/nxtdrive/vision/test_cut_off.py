@@ -59,6 +59,7 @@ def test_a_target_that_leaves_the_frame_at_a_side_stays_where_it_is(look, side):
     sightings = look([_frame(700, bearing_deg) for bearing_deg in bearings])
     assert sightings[-1].cut is (Cut.RIGHT if side > 0 else Cut.LEFT)
     for bearing_deg, sighting in zip(bearings[1:], sightings, strict=True):
+        assert not sighting.bound
         assert sighting.distance_mm == pytest.approx(700, rel=0.06)
         assert sighting.bearing_deg == pytest.approx(bearing_deg, abs=1.0)
 
@@ -87,6 +88,10 @@ def test_corners_locate_a_target_even_outside_of_the_frame():
         ((281, 20, 38, 40), Cut.RIGHT),
         ((20, 200, 40, 40), Cut.BOTTOM),
         ((0, 200, 320, 40), Cut.LEFT | Cut.RIGHT | Cut.BOTTOM),
+        ((3, 3, 40, 40), Cut.LEFT | Cut.TOP),
+        ((4, 4, 40, 40), Cut.NONE),
+        ((277, 197, 40, 40), Cut.RIGHT | Cut.BOTTOM),
+        ((276, 196, 40, 40), Cut.NONE),
     ],
 )
 def test_a_box_that_ends_with_the_frame_is_cut_off_there(box, cut):
