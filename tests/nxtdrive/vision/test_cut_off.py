@@ -115,6 +115,35 @@ def test_one_view_of_a_part_does_not_change_the_shape():
     assert shape.completed(cut_off).box == (50, 200, 120, 60)
 
 
+@pytest.mark.parametrize(
+    ("shape", "visible", "whole", "bound"),
+    [
+        ((100, 50), (50, 0, 120, 40), (50, -20, 120, 60), False),
+        ((100, 50), (50, 200, 120, 40), (50, 200, 120, 60), False),
+        ((100, 50), (0, 90, 60, 50), (-40, 90, 100, 50), False),
+        ((100, 50), (260, 90, 60, 50), (260, 90, 100, 50), False),
+        ((100, 50), (0, 20, 320, 200), (-40, 20, 400, 200), False),
+        ((50, 200), (90, 0, 80, 240), (90, -40, 80, 320), False),
+        ((100, 50), (0, 200, 60, 40), (-20, 200, 80, 40), True),
+        ((100, 50), (260, 0, 60, 40), (260, 0, 80, 40), True),
+        ((100, 50), (90, 90, 60, 40), (90, 90, 60, 40), False),
+    ],
+)
+def test_the_part_that_is_out_of_view_lies_beyond_the_edge(shape, visible, whole, bound):
+    known = Shape()
+    known.learn(Sighting("box", 0.0, 500.0, 1.0, 0.0, (50, 50, *shape)))
+    completed = known.completed(*marked([Detection(visible, 1.0)], WIDTH, HEIGHT))
+    assert (completed.box, completed.bound) == (whole, bound)
+
+
+@pytest.mark.parametrize("size", [(0, 40), (40, 0)])
+def test_what_is_seen_edge_on_has_no_shape(size):
+    shape = Shape()
+    shape.learn(Sighting("box", 0.0, 500.0, 1.0, 0.0, (50, 50, *size)))
+    (cut_off,) = marked([Detection((50, 200, 120, 40), 1.0)], WIDTH, HEIGHT)
+    assert shape.completed(cut_off) == cut_off
+
+
 def test_sides_are_named_in_records():
     assert (Cut.LEFT | Cut.BOTTOM).names == ["left", "bottom"]
     assert Cut.NONE.names == []
