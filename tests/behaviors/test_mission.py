@@ -204,7 +204,10 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),
         ("[mission]\n[target]", "mission.targets: is missing"),
         (GOOD + "[color.red]\nhue_deg = 8\n", "color.red.reach_deg: is missing; `nxtdrive calibrate colors` writes"),
-        (GOOD + f"[color]\nred = {{ {CALIBRATED.replace('26', '400')} }}\n", "color.red.hue_deg: must be less than 360, not 400"),
+        (
+            GOOD + f"[color]\nred = {{ {CALIBRATED.replace('26', '400')} }}\n",
+            "color.red.hue_deg: must be less than 360, not 400",
+        ),
         (
             '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"',
             "target.box.id: is missing; `nxtdrive mission new FILE` writes an example",
@@ -214,7 +217,10 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
             "target.a.pictures: must not be empty",
         ),
         ("color = 'red'\n" + GOOD, "color: it must be a table, [color], not 'red'"),
-        (GOOD + "[camera]\nyaw_radians = 0.1\n", "unknown key; did you mean 'yaw_deg' (yaw_deg is a number in degrees)?"),
+        (
+            GOOD + "[camera]\nyaw_radians = 0.1\n",
+            "unknown key; did you mean 'yaw_deg' (yaw_deg is a number in degrees)?",
+        ),
         (GOOD + "[thesis]\nwiat_s = 3\n", "unknown key; did you mean 'wait_s' (wait_s is a number in seconds)?"),
         (GOOD + "[robot.camera]\nhfov_deg = 50\n", "robot.camera: there is no such table; its keys belong in [camera]"),
         (GOOD + "[mission.robot]\nleft = 'A'\n", "mission.robot: there is no such table; its keys belong in [robot]"),

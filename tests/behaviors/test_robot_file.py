@@ -185,7 +185,9 @@ def test_a_camera_that_looks_to_the_side_has_looked_there():
 
 def test_a_ray_meets_the_floor_nearer_the_steeper_it_points_down():
     camera = CameraTable(height_mm=200.0)
-    assert [camera.floor_mm(below_deg) for below_deg in (30.0, 45.0, 60.0)] == pytest.approx([346.4, 200.0, 115.5], abs=0.1)
+    assert [camera.floor_mm(below_deg) for below_deg in (30.0, 45.0, 60.0)] == pytest.approx(
+        [346.4, 200.0, 115.5], abs=0.1
+    )
 
 
 def test_wheels_that_slip_in_turns_turn_a_robot_as_if_they_were_farther_apart():

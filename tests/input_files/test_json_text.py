@@ -15,7 +15,9 @@ def test_a_number_of_64_bits_is_read(number):
     assert parse_object(f'{{"a": [{number}]}}') == {"a": [number]}
 
 
-@pytest.mark.parametrize("number", ["9223372036854775808", "-9223372036854775809", "1e999", "-1e999", "NaN", "Infinity"])
+@pytest.mark.parametrize(
+    "number", ["9223372036854775808", "-9223372036854775809", "1e999", "-1e999", "NaN", "Infinity"]
+)
 def test_a_number_that_few_programs_can_read_is_refused(number):
     with pytest.raises(ValueError, match="not finite or needs more than 64 bits"):
         parse_object(f'{{"a": {{"b": [{number}]}}}}')

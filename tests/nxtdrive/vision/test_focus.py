@@ -1,5 +1,7 @@
 """Looks near the last position of a target."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,25 @@ def test_a_target_is_found_where_it_moved_to(size, direction):
     # a target is shrunk to 80 pixels
     assert near.box == pytest.approx((left, top, *size), abs=max(size) / 80 + 1)
     assert near.cut == Cut.NONE
+
+
+class Cornered:
+    """Finds red patches and their corners."""
+
+    def detect(self, image):
+        return [replace(each, quad=_corners(each.box)) for each in RED.detect(image)]
+
+
+def _corners(box):
+    left, top, width, height = box
+    return ((left, top), (left + width, top), (left + width, top + height), (left, top + height))
+
+
+@pytest.mark.parametrize("box", [(300, 200, 30, 40), (300, 150, 150, 200)])
+def test_corners_are_those_in_the_frame(box):
+    (near,) = detect_near(Cornered(), _frame(box), box)
+    for corner, expected in zip(near.quad, _corners(box), strict=True):
+        assert corner == pytest.approx(expected, abs=3)
 
 
 @pytest.mark.parametrize("direction", [(-1, 0), (1, 0), (0, -1), (0, 1)])

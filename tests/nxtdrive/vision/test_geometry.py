@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -93,6 +94,14 @@ def test_a_box_seen_by_a_turned_camera_leads_near_the_sheet(yaw, tilt, roll, dis
     assert found_mm == pytest.approx(distance_mm, rel=0.06)
 
 
+@pytest.mark.parametrize("roll", [-44, -38, -20, 20, 35, 38, 44])
+@pytest.mark.parametrize("distance_mm", [800, 2000])
+def test_a_square_seen_by_a_camera_that_is_rolled_by_any_angle_leads_back_to_its_place(roll, distance_mm):
+    pinhole = Pinhole.from_hfov(1920, 60, Mounting(roll_deg=roll))
+    box = box_of(_seen(pinhole, 0, distance_mm, width_mm=300, height_mm=300))
+    assert pinhole.locate(Detection(box, 1.0), 300) == pytest.approx((0, distance_mm), rel=0.02, abs=0.2)
+
+
 @given(st.floats(-60, 60), st.floats(-45, 45), st.floats(-45, 45), st.integers(0, 639), st.integers(0, 479))
 def test_any_box_and_any_mounting_give_a_place(yaw, tilt, roll, left, top):
     pinhole = Pinhole.from_hfov(640, 140, Mounting(yaw, tilt, roll))
@@ -106,6 +115,30 @@ def test_a_camera_keeps_its_mounting_in_frames_of_another_size():
     pinhole = Pinhole.from_hfov(640, 60, Mounting(1, 2, 3)).resized(1280, 720)
     assert (pinhole.mounting, pinhole.bearing_deg(1280)) == (Mounting(1, 2, 3), pytest.approx(30))
     assert pinhole.aspect == 720 / 1280
+
+
+def test_frames_of_the_same_width_may_be_lower():
+    pinhole = Pinhole.from_hfov(640, 60)
+    assert pinhole.resized(640, 360).aspect == 360 / 640
+    assert pinhole.resized(640) == pinhole.resized(640, 480) == pinhole
+
+
+@pytest.mark.parametrize(
+    ("mounting", "pixel", "expected"),
+    [
+        (Mounting(), (320, 240), (0, 0)),
+        (Mounting(), (640, 240), (30, 0)),
+        (Mounting(), (320, 480), (0, 23.41)),
+        (Mounting(yaw_deg=20), (320, 240), (20, 0)),
+        (Mounting(yaw_deg=20), (640, 240), (50, 0)),
+        (Mounting(tilt_deg=10), (320, 240), (0, -10)),
+        (Mounting(tilt_deg=-10), (320, 480), (0, 33.41)),
+        (Mounting(roll_deg=30), (640, 240), (26.57, 14.48)),
+    ],
+)
+def test_a_pixel_shows_what_lies_in_a_direction(mounting, pixel, expected):
+    found = Pinhole.from_hfov(640, 60, mounting).directions(*(np.array([float(place)]) for place in pixel))
+    assert [float(angle[0]) for angle in found] == pytest.approx(expected, abs=0.01)
 
 
 def test_positive_is_right():
@@ -122,10 +155,12 @@ def test_an_impossible_view_is_refused(hfov_deg):
         Pinhole.from_hfov(320, hfov_deg)
 
 
-@pytest.mark.parametrize("focal_px", [0, -1, math.nan, math.inf])
-def test_an_impossible_focal_length_is_refused(focal_px):
-    with pytest.raises(ConfigError, match=r"focal length"):
-        Pinhole(320, focal_px)
+@pytest.mark.parametrize(
+    ("width", "focal_px"), [(320, 0), (320, -1), (320, math.nan), (320, math.inf), (0, 300), (-320, 300)]
+)
+def test_an_impossible_focal_length_or_width_is_refused(width, focal_px):
+    with pytest.raises(ConfigError, match=rf"frames {width} px wide and a focal length of {focal_px} px"):
+        Pinhole(width, focal_px)
 
 
 def test_a_measurement_must_be_positive():
