@@ -18,11 +18,11 @@ from behaviors.mission import (
     MissionTable,
     ThesisParameters,
     load_mission,
+    valid_targets,
 )
 from behaviors.mission.mistakes import mistakes
 from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.mission.targets import ColorTarget, PictureTarget
-from behaviors.mission.value_warnings import value_warnings
 
 GOOD = """
 [mission]
@@ -397,75 +397,30 @@ def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
         assert not re.search(r"Input|input|literal|valid |instance|float|string|dict|tuple|union|model", text)
 
 
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (("[mission]", "[mission]\nprofile = 'thesis'"), None),
-        (("[target.box]", "[thesis]\nwait_s = 3\n[target.box]"), "thesis: wait_s has no effect"),
-        (("[target.box]", "[thesis]\ncontinue_every_s = 3\n[target.box]"), None),
-        (("[target.box]", "[thesis]\nadvances = 3\n[adaptive]\nchooses_viewpoints = false\n[target.box]"), None),
-        (("[mission]", "[adaptive]\nrounds = 5\n[thesis]\nwait_s = 3\n[mission]\nprofile = 'my.own:Profile'"), None),
-        (('["box"]', '["box", "box"]'), "'box' is listed 2 times"),
-        (("[target.box]", "[target.cat]\ndetector = 'marker'\nid = 1\n[target.box]"), "target.cat: no effect"),
-        (("color =", "height_mm = 29.7\ncolor ="), "Is it in centimetres? Then it is 297 mm"),
-        (("color =", "height_mm = 2600\ncolor ="), "more than 2.5 m"),
-        (("color =", "height_mm = 2500\ncolor ="), None),
-        (("[target.box]", "[robot]\nstop_distance_mm = 400\n[target.box]"), "the safety stop ends an approach 440 mm"),
-        (
-            (
-                "[mission]",
-                "[thesis]\narrive_mm = 600\n[robot]\nstop_distance_mm = 400\n[mission]\nprofile = 'my.own:Profile'",
-            ),
-            "before adaptive.arrive_mm = 420",
-        ),
-        (
-            ("[target.box]", "[robot]\nstop_distance_mm = 320\n[camera]\nforward_mm = -20\n[target.box]"),
-            "the safety stop ends an approach 440 mm",
-        ),
-        (("[target.box]", "[robot]\nstop_distance_mm = 400\n[camera]\nforward_mm = 90\n[target.box]"), None),
-        (("[target.box]", "[robot]\nwheel_diameter_mm = 20\n[target.box]"), "drive 149 mm/s at most"),
-        (("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\n[target.box]"), None),
-        (
-            ("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"),
-            "only 35 mm apart",
-        ),
-        (("[target.box]", "[robot]\nstop_distance_mm = 400\nultrasonic = 0\n[target.box]"), None),
-    ],
-)
-def test_valid_values_that_are_probably_not_intended_are_warned_of(tmp_path, change, expected):
-    told = list(value_warnings(load_mission(_write(tmp_path, GOOD.replace(*change)))))
-    assert len(told) == (expected is not None)
-    assert expected is None or expected in told[0]
-
-
-@pytest.mark.parametrize(
-    "target",
-    [
-        'detector = "marker"\nid = 7',
-        'detector = "qr"\ntext = "7"',
-        'detector = "color"\ncolor = "red"',
-        'detector = "haar"',
-        'detector = "onnx"\nmodel = "any.onnx"\nlabel = "cup"',
-    ],
-)
-def test_targets_that_no_detector_distinguishes_cause_a_warning(tmp_path, target):
-    (tmp_path / "any.onnx").touch()
-    two = f'[mission]\ntargets = ["a", "b"]\n[target.a]\n{target}\n[target.b]\n{target}\nheight_mm = 100\n'
-    (told,) = value_warnings(load_mission(_write(tmp_path, two)))
-    assert told.startswith("target.b: target.a has the same detector and keys")
-    other = two.replace("7", "8", 1).replace("red", "blue", 1).replace("cup", "cat", 1)
-    other = other.replace('"haar"', '"haar"\ncascade = "haarcascade_eye"', 1)
-    assert not list(value_warnings(load_mission(_write(tmp_path, other))))
-
-
-@pytest.mark.parametrize(("shade", "warned"), [("", True), (f"color.orange = {{ {CALIBRATED} }}\n", False)])
-def test_orange_that_was_not_calibrated_is_warned_of(tmp_path, shade, warned):
-    text = f'{shade}[mission]\ntargets = ["ball"]\n[target.ball]\ndetector = "color"\ncolor = "orange"\n'
-    told = list(value_warnings(load_mission(_write(tmp_path, text))))
-    assert ["wood" in each for each in told] == [True] * warned
-
-
-def test_the_built_in_mission_is_not_odd(tmp_path):
-    for name in ("lena", "rilakkuma"):
-        (tmp_path / f"{name}.png").touch()
-    assert list(value_warnings(load_mission(BUILT_IN, [tmp_path]))) == []
+def test_targets_without_their_mistakes_can_be_tried(tmp_path):
+    path = _write(
+        tmp_path,
+        """
+        rounds = 3
+        [mission]
+        targets = ["nothing"]
+        [target]
+        number = 3
+        [target.good]
+        detector = "qr"
+        text = "7"
+        height_mm = 100
+        [target.low]
+        detector = "qr"
+        text = "7"
+        height_mm = 1
+        [target.gone]
+        detector = "picture"
+        pictures = ["gone.png"]
+        [target.empty]
+        detector = "qr"
+        text = ""
+        """,
+    )
+    assert {name: target.height_mm for name, target in valid_targets(path).items()} == {"good": 100, "low": 297}
+    assert valid_targets(_write(tmp_path, "target = 3")) == valid_targets(_write(tmp_path, "no toml")) == {}
