@@ -53,7 +53,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         image = _on_paper(data, reduced) if transparent else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (cv2.error, OSError, SyntaxError, ValueError):  # as OpenCV and Pillow report damage
         image = None
-    if image is None or image.dtype != np.uint8 or image.ndim != 3:  # of floating-point numbers
+    if image is None or image.ndim != 3:  # a grey one of floating-point numbers stays grey
         raise InputFileError(f"{path} is damaged or incomplete. Copy it again, or save it again as PNG or JPEG.")
     if reduced:
         log.info("%s has %dx%d pixels and is reduced to 1/2 of its width and height.", path, width, height)
