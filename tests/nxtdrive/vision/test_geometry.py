@@ -102,6 +102,30 @@ def test_a_square_seen_by_a_camera_that_is_rolled_by_any_angle_leads_back_to_its
     assert pinhole.locate(Detection(box, 1.0), 300) == pytest.approx((0, distance_mm), rel=0.02, abs=0.2)
 
 
+@pytest.mark.parametrize("with_corners", [True, False])
+@pytest.mark.parametrize(
+    "mounting",
+    [
+        Mounting(),
+        Mounting(yaw_deg=20),
+        Mounting(tilt_deg=12),
+        Mounting(tilt_deg=-12),
+        Mounting(roll_deg=25),
+        Mounting(roll_deg=-25),
+        Mounting(10, -8, 15),
+    ],
+)
+def test_place_and_edges_of_what_hangs_beside_the_middle(mounting, with_corners):
+    pinhole = Pinhole.from_hfov(1920, 60, mounting)
+    bearing_deg = mounting.yaw_deg + 8
+    quad = _seen(pinhole, bearing_deg, 1500, width_mm=150, height_mm=400, below_mm=100)
+    detection = Detection(box_of(quad), 1.0, quad if with_corners else None)
+    found_deg, found_mm = pinhole.locate(detection, 400)
+    assert found_deg == pytest.approx(bearing_deg, abs=0.3)
+    assert found_mm == pytest.approx(1500, rel=0.01 if with_corners else 0.05)
+    assert pinhole.edges_mm(detection, 400) == pytest.approx((-300, 100), abs=2 if with_corners else 16)
+
+
 @given(st.floats(-60, 60), st.floats(-45, 45), st.floats(-45, 45), st.integers(0, 639), st.integers(0, 479))
 def test_any_box_and_any_mounting_give_a_place(yaw, tilt, roll, left, top):
     pinhole = Pinhole.from_hfov(640, 140, Mounting(yaw, tilt, roll))
@@ -163,13 +187,19 @@ def test_an_impossible_focal_length_or_width_is_refused(width, focal_px):
         Pinhole(width, focal_px)
 
 
-def test_a_measurement_must_be_positive():
+@pytest.mark.parametrize(("height_px", "height_mm"), [(0, 297), (-1, 297), (30, 0), (30, -297)])
+def test_a_measurement_must_be_positive(height_px, height_mm):
     with pytest.raises(ValueError, match=r"positive"):
-        Pinhole.from_hfov(320).distance_mm(0, 297)
+        Pinhole.from_hfov(320).distance_mm(height_px, height_mm)
 
 
 def test_diagonals_cross_in_the_middle_of_a_square():
     assert crossing(((0, 0), (4, 0), (4, 4), (0, 4))) == (2, 2)
+
+
+def test_what_is_seen_edge_on_has_a_middle_too():
+    assert crossing(((0, 0), (4, 0), (4, 0), (0, 0))) == (2, 0)
+    assert crossing(((3, 0), (3, 0), (3, 8), (3, 8))) == (3, 4)
 
 
 boxes = st.tuples(st.integers(-50, 50), st.integers(-50, 50), st.integers(1, 80), st.integers(1, 80))
