@@ -136,6 +136,13 @@ def test_the_part_that_is_out_of_view_lies_beyond_the_edge(shape, visible, whole
     assert (completed.box, completed.bound) == (whole, bound)
 
 
+def test_what_a_detector_calls_larger_than_its_box_stays_so_in_the_middle_of_the_frame():
+    shape = Shape()
+    shape.learn(Sighting("box", 0.0, 500.0, 1.0, 0.0, (50, 50, 100, 50)))
+    half_hidden = Detection((90, 90, 60, 40), 1.0, bound=True)
+    assert shape.completed(half_hidden) == half_hidden
+
+
 @pytest.mark.parametrize("size", [(0, 40), (40, 0)])
 def test_what_is_seen_edge_on_has_no_shape(size):
     shape = Shape()

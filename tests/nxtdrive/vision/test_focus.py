@@ -67,12 +67,13 @@ class Watching:
 
 
 @pytest.mark.parametrize(
-    ("height", "searched"), [(40, (96, 96)), (80, (192, 192)), (160, (192, 192)), (200, (192, 192))]
+    ("size", "searched"),
+    [((20, 40), (96, 76)), ((40, 80), (192, 152)), ((80, 160), (192, 152)), ((100, 200), (192, 152))],
 )
-def test_a_large_target_is_shrunk_before_detection_and_a_small_one_is_not_enlarged(height, searched):
+def test_a_large_target_is_shrunk_before_detection_and_a_small_one_is_not_enlarged(size, searched):
     detector = Watching()
     frame = np.zeros((1080, 1920, 3), np.uint8)
-    assert detect_near(detector, frame, (600, 400, height, height)) == []
+    assert detect_near(detector, frame, (600, 400, *size)) == []
     assert detector.size == searched
 
 
