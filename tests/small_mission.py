@@ -1,4 +1,4 @@
-"""A minimal mission; in the world `open` it ends soon."""
+"""Minimal missions."""
 
 MISSION = """
 [mission]
@@ -8,3 +8,13 @@ targets = ["lena"]
 detector = "picture"
 pictures = ["lena.png"]
 """
+"""In the world `open` it ends soon."""
+
+COLOR_MISSION = """
+[mission]
+targets = ["box"]
+[target.box]
+detector = "color"
+color = "red"
+"""
+"""It names no file."""

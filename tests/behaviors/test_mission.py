@@ -23,14 +23,7 @@ from behaviors.mission import (
 from behaviors.mission.mistakes import mistakes
 from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.mission.targets import ColorTarget, PictureTarget
-
-GOOD = """
-[mission]
-targets = ["box"]
-[target.box]
-detector = "color"
-color = "red"
-"""
+from tests.small_mission import COLOR_MISSION as GOOD
 
 CALIBRATED = "hue_deg = 26, reach_deg = 10, min_saturation_percent = 70, min_value_percent = 20"
 

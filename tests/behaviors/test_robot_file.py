@@ -11,10 +11,9 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission, MissionError, chosen_robot_file, described_by, load_mission
 from behaviors.mission.robot import CameraTable, RobotFile, RobotFileError, RobotTable, load_robot_file
 from behaviors.ports import Glimpse, Pose, Sighting
+from tests.small_mission import COLOR_MISSION as MISSION
 
 CELLS = Cells()
-
-MISSION = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
 
 
 def _file(folder, name, text):

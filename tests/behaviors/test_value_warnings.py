@@ -5,14 +5,7 @@ import pytest
 from behaviors.mission import BUILT_IN, load_mission
 from behaviors.mission.usual_heights import USUAL_HEIGHTS_MM
 from behaviors.mission.value_warnings import value_warnings
-
-GOOD = """
-[mission]
-targets = ["box"]
-[target.box]
-detector = "color"
-color = "red"
-"""
+from tests.small_mission import COLOR_MISSION as GOOD
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.templates.mission import meanings, template
 from nxtdrive.tools.web.missions import Missions
 from sim_backend.bundled import PICTURES
+from tests.small_mission import COLOR_MISSION as GOOD
 
-GOOD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
 BAD = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "mauve"\n[thesis]\nwait_ms = 3\n'
 
 
