@@ -25,7 +25,6 @@ class TargetProgress:
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
         round: In which round it is, or was last, from 1; 0 before the first.
-        due: Whether it may come before its next round.
     """
 
     target: str
@@ -33,7 +32,6 @@ class TargetProgress:
     time_s: float | None = None
     attempts: int = 0
     round: int = 0
-    due: bool = False
 
 
 class TargetQueue:
@@ -46,12 +44,14 @@ class TargetQueue:
     Attributes:
         first_of: Chooses which of these targets is next, where nothing else has; the first in order unless a profile
             sets another rule.
+        due: Whether a target may come before its next round; none may unless a profile sets another rule.
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
         self.targets = [TargetProgress(target) for target in targets]
         self.rounds = rounds
         self.first_of: Callable[[Sequence[str]], str] = lambda names: names[0]
+        self.due: Callable[[str], bool] = lambda _: False
         self._begin(self.targets[0])
 
     @property
@@ -103,17 +103,11 @@ class TargetQueue:
         """The targets that may come before this one's next round; empty if it has none."""
         if not self.another_round:
             return []
-        return [each.target for each in self._waiting() if each.round < self.current.round or each.due]
+        return [each.target for each in self._waiting() if each.round < self.current.round or self._due(each)]
 
     def decide(self, outcome: TargetOutcome) -> None:
         """Record the outcome of the current target."""
         self.current.outcome = outcome
-
-    def renew(self, target: str) -> None:
-        """Let a target come before its next round."""
-        for progress in self._waiting():
-            if progress.target == target and progress is not self.current:
-                progress.due = True
 
     def next_target(self, preferred: str = "") -> None:
         """Continue with a target that had the fewest rounds or is due; the caller has checked `more_targets`.
@@ -125,16 +119,18 @@ class TargetQueue:
         if not waiting:
             raise IndexError("no target is left in the queue")
         fewest = min(progress.round for progress in waiting)
-        first = [progress for progress in waiting if progress.round == fewest or progress.due]
+        first = [progress for progress in waiting if progress.round == fewest or self._due(progress)]
         names = [progress.target for progress in first]
         name = preferred if preferred in names else self.first_of(names)
         self._begin(first[names.index(name)])
+
+    def _due(self, progress: TargetProgress) -> bool:
+        return progress is not self.current and self.due(progress.target)
 
     def _waiting(self) -> list[TargetProgress]:
         return [each for each in self.targets if each.outcome is not TargetOutcome.REACHED and each.round < self.rounds]
 
     def _begin(self, progress: TargetProgress) -> None:
         progress.round += 1
-        progress.due = False
         progress.outcome, progress.time_s = TargetOutcome.PENDING, None  # also of one that was given up before
         self.current = progress

@@ -99,6 +99,7 @@ class AdaptiveProfile:
         queue.rounds = max(queue.rounds, parameters.rounds)
         if not parameters.in_order:
             queue.first_of = self._soonest
+        queue.due = lambda target: target in self._left_unseen and target in self.world.targets.known
         self._parameters = parameters
         self._queue = queue
         self.world = WorldModel(mission)
@@ -154,12 +155,6 @@ class AdaptiveProfile:
         self.world.learn(self._queue.target, failure, self._perception.now(), self._queue.round)
         if self.world.floor.forgotten > forgotten:
             self._report(Event.MAP_CLEARED, Reason.WALLED_IN)
-        self._renew_seen()
-
-    def _renew_seen(self) -> None:
-        """Let the targets that were left unseen and have been seen since come before their next round."""
-        for target in self._left_unseen & self.world.targets.known.keys():
-            self._queue.renew(target)
 
     def _soonest(self, targets: Sequence[str]) -> str:
         """Return the target that can be reached soonest, or the first that has not just been left."""

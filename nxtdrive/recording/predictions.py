@@ -74,7 +74,7 @@ def _came_true(decision: Decision) -> bool | None:
         return None if outcome.result is DecisionResult.FINISHED else outcome.detail != decision.reason
     wanted = choice.instead or decision.target
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
-        return bool(choice.instead) or outcome.detail != decision.reason
+        return outcome.detail != decision.reason
     return None if outcome.result is DecisionResult.FINISHED else False
 
 

@@ -92,14 +92,15 @@ def test_what_is_reached_is_not_preferred():
     assert queue.target == "b"
 
 
-def test_a_target_that_is_due_comes_before_its_next_round_and_only_once():
+def test_a_target_that_is_due_comes_before_its_next_round():
     queue = TargetQueue(["a", "b", "c"], rounds=3)
+    queue.due = lambda name: name == "a"
     queue.next_target("b")
-    queue.renew("a")
     assert queue.earlier == ["a", "c"]
     queue.next_target("a")
     assert (queue.target, queue.round) == ("a", 2)
     queue.next_target("c")
+    queue.due = lambda _: False
     assert queue.earlier == []
     queue.next_target("a")
     assert queue.target == "b"
@@ -107,12 +108,13 @@ def test_a_target_that_is_due_comes_before_its_next_round_and_only_once():
 
 def test_neither_the_target_at_hand_nor_one_without_another_round_is_ever_due():
     queue = TargetQueue(["a", "b"], rounds=2)
-    queue.renew("a")
+    queue.due = lambda _: True
+    assert queue.earlier == ["b"]
     queue.next_target()
+    assert queue.target == "b"
     queue.next_target()
     queue.next_target()
     assert (queue.target, queue.round) == ("b", 2)
-    queue.renew("a")
     assert not queue.more_targets
 
 

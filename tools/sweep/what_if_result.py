@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import zip_longest
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import numpy as np
 
@@ -117,12 +119,25 @@ def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
         replace_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
 
 
-def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
+def figures_by_reason(results: Sequence[ExaminedMission]) -> dict[str, dict[str, Any]]:
+    """Return the number of decisions after each failure, by its name, and their figures as `mean_figures` does."""
+    counts = Counter(each.reason for result in results for each in result.decisions if each.has_alternative)
+    return {reason: {"decisions": number, **mean_figures(results, reason)} for reason, number in counts.most_common()}
+
+
+def mean_figures(results: Sequence[ExaminedMission], reason: str | None = None) -> dict[str, list[float]]:
     """Return the mean regret and the shares of choices nearly the best and certainly not, with intervals, if any.
 
     What had no alternative counts for none of them.
+
+    Args:
+        results: The missions.
+        reason: Only decisions after this failure; None for all.
     """
-    decisions = [[each for each in result.decisions if each.has_alternative] for result in results]
+    decisions = [
+        [each for each in result.decisions if each.has_alternative and reason in (None, each.reason)]
+        for result in results
+    ]
     if not any(decisions):
         return {}
     values: dict[str, Callable[[DecisionCosts], float]] = {

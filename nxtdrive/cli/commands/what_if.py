@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.printable import printable
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, check_writable, number, output_file, writing
@@ -29,7 +30,8 @@ what each would have cost: the mean seconds to the targets that were still open.
 candidate is tried in several futures, which differ in their random events. A run of
 a real robot is repeated in a simulated room made from its map. The regret of a decision
 is the cost of its choice beyond that of the best candidate; docs/evaluation.md explains
-how it is estimated without bias. A decision takes about thirty missions: begin with
+how it is estimated without bias. At the end come the mean regret and the share of good
+choices, by the failure before them and together. A decision takes about thirty missions: begin with
 --decision, and with fewer --futures."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
@@ -94,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
     from nxtdrive.tools.sweep.result_file import ResultFile
     from nxtdrive.tools.sweep.what_if_file import read_missions
-    from nxtdrive.tools.sweep.what_if_result import Request, mean_figures
+    from nxtdrive.tools.sweep.what_if_result import Request, figures_by_reason, mean_figures
     from nxtdrive.tools.sweep.what_if_source import read_source
 
     sources = {source.name: source for source in map(read_source, args.run_paths)}
@@ -119,24 +121,41 @@ def run(args: argparse.Namespace) -> int:
             if show and not result.decisions:
                 write_line(f"{name}: the mission had no decision")
             results.append(result)
-    figures = mean_figures(results)
+    figures, by_reason = mean_figures(results), figures_by_reason(results)
     decisions = [each for result in results for each in result.decisions]
     alone = sum(not each.has_alternative for each in decisions)
     if args.json:
-        write_json({"runs": [each.plain() for each in results], "without_alternative": alone, **figures}, indent=2)
+        runs = [each.plain() for each in results]
+        write_json({"runs": runs, "without_alternative": alone, **figures, "by_reason": by_reason}, indent=2)
         return DONE
+    if len(by_reason) > 1:
+        _show_reasons(by_reason)
     if figures:
-        regret = _with_interval(figures["regret_s"], 1, " s")
-        good, bad = (
-            _with_interval([100 * each for each in figures[name]], 0, " %")
-            for name in ("nearly_best", "certainly_worse")
-        )
+        regret, good, bad = _figures_words(figures)
         counted = number_of(len(decisions) - alone, "decision")
         write_line(f"{counted}: mean regret {regret}; {good} of them {NEARLY}, {bad} certainly not")
     if alone:
         counted = "is not counted" if alone == 1 else "are not counted"
         write_line(f"{number_of(alone, 'choice')} had no alternative and {counted}")
     return DONE
+
+
+def _figures_words(figures: Mapping[str, Sequence[float]]) -> tuple[str, str, str]:
+    """Return the mean regret and the shares of choices nearly the best and certainly not, in words."""
+    good, bad = (
+        _with_interval([100 * each for each in figures[name]], 0, " %") for name in ("nearly_best", "certainly_worse")
+    )
+    return _with_interval(figures["regret_s"], 1, " s"), good, bad
+
+
+def _show_reasons(by_reason: Mapping[str, Mapping[str, Any]]) -> None:
+    """Print the figures of the decisions after each failure."""
+    from nxtdrive.recording.wording import spaced
+
+    table = make_table("decisions after", "number", "mean regret", NEARLY, "certainly not")
+    for reason, figures in by_reason.items():
+        table.add_row(printable(spaced(reason)), str(figures["decisions"]), *_figures_words(figures))
+    make_console().print(table)
 
 
 def _with_interval(figure: Sequence[float], digits: int, unit: str = "") -> str:
@@ -168,7 +187,6 @@ def _examined(
 def _show(name: str, decision: DecisionCosts) -> None:
     from rich.text import Text
 
-    from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import reason_words
 
     head = f"{name}, {decision.decision}. {decision.time_s:.1f} s, {decision.target}: "

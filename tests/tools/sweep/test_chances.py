@@ -31,7 +31,7 @@ BLOCKED = (
 )
 
 
-ELSEWHERE = ("never_seen", {**SEEN[1], "others": [{"target": "b", "travel_s": 3.0, "age_s": 3.0, "chance": 0.9}]})
+ELSEWHERE = ("uncertain", {**SEEN[1], "others": [{"target": "b", "travel_s": 3.0, "age_s": 3.0, "chance": 0.9}]})
 
 
 KEYS = ("source", "to", "reason")
@@ -104,13 +104,15 @@ def test_a_wait_comes_true_when_what_blocked_the_path_has_left(after, came_true)
 @pytest.mark.parametrize(
     ("after", "came_true"),
     [
-        ([("search", "arrive", "sighted", "b"), ("arrive", "select", "never_seen", "b")], [True]),
+        ([("search", "arrive", "sighted", "b"), ("arrive", "reached", "within_reach", "b")], [True]),
+        ([("search", "arrive", "sighted", "b"), ("arrive", "select", "target_lost", "b")], [True]),
+        ([("search", "arrive", "sighted", "b"), ("arrive", "select", "uncertain", "b")], [False]),
         ([("search", "arrive", "sighted", "a"), ("arrive", "select", "target_lost", "a")], [False]),
         ([("search", "select", "never_seen", "b")], [False]),
         ([("search", "finished", "time_up", "b")], []),
     ],
 )
-def test_another_target_comes_true_when_the_robot_has_found_that_one(after, came_true):
+def test_another_target_comes_true_when_it_is_seen_and_the_same_failure_does_not_follow(after, came_true):
     left = ("left", "search", "", "b")
     found = predictions(_journal(left, *after, chosen="change_target", failure=ELSEWHERE), "adaptive", MISSION)
     assert [each.came_true for each in found] == came_true

@@ -129,6 +129,23 @@ def test_the_command_ends_with_mean_regret_and_the_shares_of_good_choices_and_of
     assert "4 decisions: mean regret 3.0 s; 50 % of them within 3 s of the best, 25 % certainly not\n" in said
 
 
+def test_figures_are_also_given_for_the_decisions_after_each_failure(tmp_path, capsys):
+    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
+    known = [("uncertain", 8.0), ("never_seen", 0.0), ("never_seen", 4.0), ("no_way", 0.0)]
+    decisions = [{**DECISION, "reason": reason, "regret_s": seconds} for reason, seconds in known]
+    decisions[-1]["candidates"] = [WAIT]
+    with ResultFile(out) as file:
+        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
+    command = ["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]
+    assert main([*command, "--json"]) == 0
+    by_reason = json.loads(capsys.readouterr().out)["by_reason"]
+    found = {reason: (each["decisions"], *each["regret_s"], *each["nearly_best"]) for reason, each in by_reason.items()}
+    assert found == {"never_seen": (2, 2.0, 0.5), "uncertain": (1, 8.0, 0.0)}
+    assert main(command) == 0
+    rows = [[cell.strip() for cell in line.split("│")] for line in capsys.readouterr().out.splitlines()]
+    assert [row[2:5] for row in rows if row[1:2] == ["uncertain"]] == [["1", "8.0 s", "0 %"]]
+
+
 @pytest.mark.parametrize("made", [0, 3])
 def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, capsys, made):
     out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
