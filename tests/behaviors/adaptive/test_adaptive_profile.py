@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
 
@@ -27,12 +28,13 @@ from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.journal import RecordKind
 from behaviors.ports import Glimpse, Pose, Sighting, StopReason
 from behaviors.profiles.adaptive import MIN_INTERVAL_S, AdaptiveProfile
+from behaviors.recoveries import CHANGE_TARGET
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.recording.wording import evidence_lines
 from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
-from nxtdrive.simulated.scenario import generate_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.tools.sweep.task import run_episode
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -43,8 +45,7 @@ CELLS = Cells()
 class Bench:
     """A profile on a robot that stands in an empty room."""
 
-    def __init__(self, brick: Brick, simulation: Simulation) -> None:
-        scenario = generate_scenario("open", 100)
+    def __init__(self, brick: Brick, simulation: Simulation, scenario: Scenario) -> None:
         robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
         context = SkillContext(*robot.ports, robot.mission.thesis, lambda *_, **__: None, lambda _: None)
         self.queue = TargetQueue(robot.mission.mission.targets)
@@ -59,10 +60,16 @@ class Bench:
 
 @pytest.fixture(name="bench")
 def _bench() -> Iterator[Bench]:
-    scenario = generate_scenario("open", 100)
+    with _bench_of("open") as bench:
+        yield bench
+
+
+@contextmanager
+def _bench_of(name: str) -> Iterator[Bench]:
+    scenario = generate_scenario(name, 100)
     simulation = Simulation(scenario.world, seed=100)
     with Brick(SimTransport(simulation)) as brick:
-        yield Bench(brick, simulation)
+        yield Bench(brick, simulation, scenario)
 
 
 @pytest.mark.parametrize("range_mm", [2000.0, None, 100.0])
@@ -105,6 +112,23 @@ def test_a_target_whose_turns_are_over_does_not_wait(bench):
     assert bench.queue.current is second
     assert first.outcome is TargetOutcome.GIVEN_UP
     assert bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)).targets_left == 1
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_target_that_was_left_unseen_and_is_seen_on_the_way_to_another_comes_next(seen):
+    with _bench_of("flat") as bench:
+        first, second, third = bench.queue.names
+        evidence = bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN))
+        assert bench.profile.select(replace(evidence, here=None, viewpoints=())).kind is CHANGE_TARGET
+        bench.queue.decide(TargetOutcome.GIVEN_UP)
+        bench.queue.next_target(second)
+        bench.profile.skill("search", None)
+        if seen:
+            ahead = Sighting(first, 0.0, 800.0, 1.0, 0.0, (100, 80, 40, 56))
+            bench.world.perceive(0.0, Pose(), None, [first], Glimpse(0.0, {first: ahead}))
+        bench.queue.decide(TargetOutcome.REACHED)
+        bench.queue.next_target()
+        assert bench.queue.target == (first if seen else third)
 
 
 def test_evidence_is_gathered_without_changing_what_is_known(bench):
@@ -242,7 +266,7 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
     scenario = generate_scenario("open", 100)
     simulation = Simulation(scenario.world, seed=100)
     with Brick(SimTransport(simulation, latency_ms=round_trip_ms)) as brick:
-        perception = Bench(brick, simulation).profile._perception
+        perception = Bench(brick, simulation, scenario).profile._perception
         for _ in range(6):
             perception.step()
         assert (perception.lost_after_s > perception.parameters.lost_after_s) == slow
