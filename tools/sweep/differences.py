@@ -1,4 +1,4 @@
-"""Differences between the headline figures of agents, with intervals, paired and resampled by scenario.
+"""Differences between the figures of agents, with intervals, paired and resampled by scenario.
 
 Definitions: docs/evaluation.md.
 """
@@ -8,21 +8,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .mission_result import MissionResult
-from .summary import FIGURES, HEADLINE, Estimate, Figure, Pair, by, estimate
+from .summary import FIGURES, PAIRED, Estimate, Figure, Pair, by, estimate
 
 TOGETHER = "together"
 """Stands for all classes."""
 
 
 def beyond(ours: Sequence[MissionResult], theirs: Sequence[MissionResult]) -> dict[str, Estimate]:
-    """Estimate by how much each headline figure of one agent exceeds another's on the same scenarios."""
-    return {label: difference(ours, theirs, figure) for label, figure in HEADLINE.items()}
+    """Estimate by how much each of `PAIRED` of one agent exceeds another's on the same scenarios."""
+    return {label: difference(ours, theirs, figure) for label, figure in PAIRED.items()}
 
 
 def against(
     results: Sequence[MissionResult], earlier: Sequence[MissionResult]
 ) -> dict[str, dict[str, dict[str, Estimate]]]:
-    """Estimate by how much each agent's headline figures exceed its own in another sweep on the same scenarios.
+    """Estimate by how much each agent's figures exceed its own in another sweep on the same scenarios.
 
     Returns:
         By agent, then by class, and for all `TOGETHER`; without agents and classes that only one of the sweeps has.

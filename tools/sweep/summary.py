@@ -195,6 +195,8 @@ FIGURES = {figure.name: figure for figure in TABLE if figure.name}
 """Those among the figures of a summary, by name."""
 HEADLINE = {figure.label: figure for figure in TABLE if figure.headline}
 """The headline figures, by label."""
+PAIRED = {figure.label: figure for figure in TABLE if figure.headline or figure.name == "duration_s"}
+"""The figures whose differences on the same scenarios are estimated, by label."""
 
 
 def figures(results: Sequence[MissionResult], table: Mapping[str, Figure] = FIGURES) -> dict[str, Estimate]:

@@ -24,6 +24,7 @@ from .mission_result import MissionResult
 from .summary import (
     FIGURES,
     HEADLINE,
+    PAIRED,
     REACHED_BY_S,
     Estimate,
     by,
@@ -147,7 +148,7 @@ def headline_rows(results: Results) -> Rows:
 
 
 def difference_rows(results: Results, reference: str) -> Rows:
-    """Return by how much each agent's headline figures exceed the reference's on the same scenarios."""
+    """Return by how much each agent's figures exceed the reference's on the same scenarios."""
     groups = _by_agent(results)
     base = groups.pop(reference, None)
     more = {agent: beyond(group, base) for agent, group in groups.items()} if base else {}
@@ -155,7 +156,7 @@ def difference_rows(results: Results, reference: str) -> Rows:
 
 
 def against_rows(results: Results, earlier: Results) -> Rows:
-    """Return by how much each agent's headline figures exceed those in another sweep, by class and together."""
+    """Return by how much each agent's figures exceed those in another sweep, by class and together."""
     return [
         [agent, kind, *(interval(value, signed=True) for value in more.values())]
         for agent, classes in against(results, earlier).items()
@@ -220,7 +221,7 @@ def print_tables(results: Results, console: Console) -> None:
         _print(console, "chances: mean predicted / succeeded", columns, chances)
         _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(results), keys=2)
     if differences := difference_rows(results, "thesis"):
-        _print(console, "beyond the thesis, paired [95 %]", ["agent", *HEADLINE], differences)
+        _print(console, "beyond the thesis, paired [95 %]", ["agent", *PAIRED], differences)
     if covered := coverage_words(results):
         console.print(covered, markup=False)
     _print_failures(results, console)
@@ -228,7 +229,7 @@ def print_tables(results: Results, console: Console) -> None:
 
 def print_against(results: Results, earlier: Results, file: str, console: Console) -> None:
     """Print by how much the figures exceed those in another sweep's file on the same scenarios."""
-    columns = ["agent", "class", *HEADLINE]
+    columns = ["agent", "class", *PAIRED]
     _print(console, f"beyond {printable(file)}, paired [95 %]", columns, against_rows(results, earlier), keys=2)
 
 

@@ -37,6 +37,13 @@ def test_differences_are_paired_by_mission_for_each_class_and_together(sweep, tm
     assert found["open"]["SCT"]["mean"] == 0.25
 
 
+def test_the_length_of_missions_is_compared_too(sweep, tmp_path, capsys):
+    longer = [_mission("open", seed, 20.0, duration_s=130.0) for seed in (1, 2)]
+    assert sweep(_file(tmp_path / "old.jsonl", *longer), "--json") == 0
+    found = json.loads(capsys.readouterr().out)["against"]["policies"]["adaptive"]
+    assert found["open"]["mission s"]["mean"] == _mission("open", 1, 20.0).duration_s - 130.0
+
+
 def test_the_table_names_the_file(sweep, tmp_path, capsys):
     assert sweep(_file(tmp_path / "old.jsonl", _mission("open", 1, None), _mission("open", 2, None))) == 0
     out = capsys.readouterr().out
