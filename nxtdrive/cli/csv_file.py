@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
-from nxtdrive.cli.options import output_file, writing
+from nxtdrive.cli.options import output_file
+from nxtdrive.host.writing import writing
 
 UNITS = {"mm": "mm", "%": "percent", "°C": "celsius", "°": "deg", "": ""}
 """Units as they are written in the names of columns."""

@@ -7,13 +7,13 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import PICTURE_SUFFIXES
 from nxtdrive.cli.output import write_error
+from nxtdrive.host.writing import WRITABLE_FILE, writing
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -135,19 +135,7 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
-CHOOSE = "Choose a file that you may write, in an existing folder with free space."
-
-
-@contextmanager
-def writing(path: Path, remedy: str = CHOOSE) -> Iterator[None]:
-    """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
-    try:
-        yield
-    except OSError as error:
-        raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from error
-
-
-def write_output(path: Path, content: bytes, remedy: str = CHOOSE) -> None:
+def write_output(path: Path, content: bytes, remedy: str = WRITABLE_FILE) -> None:
     """Write a file.
 
     Raises:
@@ -169,7 +157,7 @@ def check_not_read(out: Path, *inputs: str | Path, option: str = "--out") -> Non
         raise ConfigError(f"{out} cannot be written: the command reads it.", remedy=f"Choose another {option}.")
 
 
-def check_writable(path: Path, remedy: str = CHOOSE) -> None:
+def check_writable(path: Path, remedy: str = WRITABLE_FILE) -> None:
     """Refuse a file that cannot be written, before minutes of work whose result goes there.
 
     Raises:

@@ -28,6 +28,7 @@ from firmware_protocol.telegram import NO_REPLY
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, NotText, read_text
 from nxtdrive.host.unbuffered import write_all
+from nxtdrive.host.writing import writing
 
 VERSION = 1
 MAX_TELEGRAM = 65_535
@@ -153,17 +154,12 @@ class TraceWriter:
     def __init__(self, path: Path, header: Trace) -> None:
         self._path = path
         incomplete.discard(path)
-        try:
+        with writing(path):
             self._file = path.open("wb", buffering=0)
             with ExitStack() as on_error:
                 on_error.callback(self._file.close)
                 self._add(header.header())
                 on_error.pop_all()
-        except OSError as error:
-            raise ConfigError(
-                f"the trace {path} cannot be written ({error.strerror}).",
-                remedy="Choose a file that you may write, in an existing folder with free space.",
-            ) from error
 
     def write(self, entry: Entry) -> None:
         """Add a line; do nothing if the file is closed."""

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, write_output, writing
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, write_output
 from nxtdrive.cli.output import make_console, make_table, print_line, write_error, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
+from nxtdrive.host.writing import writing
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
 if TYPE_CHECKING:

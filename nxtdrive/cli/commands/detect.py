@@ -17,16 +17,10 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from input_files.plain import IMAGE_SUFFIXES, at_home
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import (
-    add_action,
-    add_json_argument,
-    check_not_read,
-    check_writable,
-    number,
-    writing,
-)
+from nxtdrive.cli.options import add_action, add_json_argument, check_not_read, check_writable, number
 from nxtdrive.cli.output import write_json, write_line
 from nxtdrive.cli.target_options import add_target_arguments, chosen_target, height_source
+from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame

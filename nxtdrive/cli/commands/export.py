@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import check_not_read, number, write_output, writing
+from nxtdrive.cli.options import check_not_read, number, write_output
 from nxtdrive.cli.output import write_content, write_error, write_line
 from nxtdrive.cli.progress import with_progress
+from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
     from nxtdrive.recording.camera_index import CameraPictures

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
 from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
     from nxtdrive.onboard.display import Picture

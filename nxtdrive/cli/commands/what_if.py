@@ -13,9 +13,10 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument, check_writable, number, output_file, writing
+from nxtdrive.cli.options import add_json_argument, check_writable, number, output_file
 from nxtdrive.cli.output import make_console, make_table, write_error, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
+from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
     from nxtdrive.recording.decision_costs import DecisionCosts
