@@ -25,6 +25,7 @@ from __future__ import annotations
 from itertools import cycle
 from typing import Any
 
+from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import BrickError, CommunicationPending, LinkTimeout, MailboxEmpty, RemoteProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.system import IOMapRead
@@ -181,7 +182,7 @@ class Dialogue:
             raise RemoteProtocolError(f"the answer to {name} has no status", bytes(telegram))
         if telegram[2] not in command.success:
             self._command = None
-            raise refusal(telegram[2], name)
+            raise _refusal(telegram[2], command)
         if not expected[REPLY_HEADER:].startswith(telegram[REPLY_HEADER : len(expected)]):
             self.surplus_telegrams += 1
             return None
@@ -190,11 +191,16 @@ class Dialogue:
         return reply
 
 
-def refusal(status: int, command: str) -> BrickError:
+def _refusal(status: int, command: Command[Any]) -> BrickError:
     """Return the error for a reply to `command` with this status byte."""
     known = Status(status)
-    if known == Status.PENDING:
-        return CommunicationPending(known, command)
-    if known == Status.MAILBOX_EMPTY:
-        return MailboxEmpty(known, command)
-    return BrickError(known, command)
+    kind = {Status.PENDING: CommunicationPending, Status.MAILBOX_EMPTY: MailboxEmpty}.get(known, BrickError)
+    return kind(known, type(command).__name__, _port(command))
+
+
+def _port(command: Command[Any]) -> str:
+    """Return the port that a command is for, as printed on the brick, or an empty string."""
+    port = getattr(command, "port", None)
+    if not isinstance(port, InputPort | OutputPort) or not port.known:
+        return ""
+    return port.name.removeprefix("IN_")

@@ -108,13 +108,16 @@ class BrickError(NXTError):
     Attributes:
         status: The status byte of the reply.
         command: Name of the command that was refused.
+        port: The port that it was for, as printed on the brick, or an empty string.
     """
 
-    def __init__(self, status: Status, command: str) -> None:
-        message = f"the brick refused {command}: {status.label} (status 0x{int(status):02X})."
+    def __init__(self, status: Status, command: str, port: str = "") -> None:
+        subject = f"{command} on port {port}" if port else command
+        message = f"the brick refused {subject}: {status.label} (status 0x{int(status):02X})."
         super().__init__(message, remedy=status.remedy)
         self.status = status
         self.command = command
+        self.port = port
 
 
 class CommunicationPending(BrickError):

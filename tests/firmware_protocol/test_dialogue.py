@@ -13,6 +13,7 @@ from firmware_protocol.direct import (
     LSGetStatus,
     MessageRead,
     PlayTone,
+    ResetMotorPosition,
     SetProperty,
 )
 from firmware_protocol.enums import InputPort, OutputPort, Property
@@ -273,6 +274,19 @@ def test_a_refusal_is_an_error_whatever_follows_its_status(status, error, payloa
     assert type(caught.value) is error
     assert caught.value.status == int(status, 16)
     assert dialogue.open(BATTERY, 0.0, 1.0) == BATTERY.encode(), "a refusal is an answer"
+
+
+@pytest.mark.parametrize(
+    ("command", "refusal", "named"),
+    [
+        (LSGetStatus(InputPort.IN_4), "020edd00", "LSGetStatus on port 4: bus error"),
+        (ResetMotorPosition(OutputPort.C, relative=False), "020ac0", "ResetMotorPosition on port C: out of range"),
+        (BATTERY, "020bbe", "GetBatteryLevel: unknown opcode"),
+    ],
+)
+def test_a_refusal_names_the_port_that_the_command_was_for(command, refusal, named):
+    with pytest.raises(BrickError, match=f"the brick refused {named} "):
+        opened(command).feed(bytes.fromhex(refusal))
 
 
 def test_the_end_of_a_file_comes_with_data():
