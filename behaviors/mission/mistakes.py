@@ -8,6 +8,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from behaviors.detector_names import detector_names
+from behaviors.profile_names import named_profiles
 from input_files.mistakes import excerpt, hint, key_path, nearest
 from input_files.pydantic_words import words
 from input_files.toml_file import toml_key
@@ -83,6 +84,8 @@ def _message(problem: Mapping[str, Any], path: Sequence[int | str], detector: ob
         return "is missing; `nxtdrive mission new FILE` writes an example with every key"
     if kind == "too_short" and where == "mission.targets":
         return "a mission needs at least one target; name one and describe it in a table [target.NAME]"
+    if where == "mission.profile" and (near := nearest(str(value), named_profiles())):
+        return f"there is no profile {excerpt(value)}; did you mean {near!r}?"
     message = words(kind, problem.get("ctx", {}), problem["msg"], value)
     return message if isinstance(value, dict) else f"{message}, not {excerpt(value)}{_unit(str(path[-1]))}"
 

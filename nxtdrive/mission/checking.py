@@ -13,10 +13,10 @@ from behaviors.mission.targets import HaarTarget, MarkerTarget, PictureTarget, Q
 from behaviors.mission.usual_heights import cascade_label, default_height_mm
 from behaviors.mission.value_warnings import value_warnings
 from behaviors.profile_names import ADAPTIVE
-from firmware_protocol.errors import CameraError
+from firmware_protocol.errors import CameraError, ConfigError
 from input_files.mistakes import excerpt
 from nxtdrive.mission.detectors import make_detectors
-from nxtdrive.mission.files import PICTURES, default_robot_file
+from nxtdrive.mission.files import PICTURES, check_profile, default_robot_file
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
 SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
@@ -48,8 +48,17 @@ class Findings:
     warnings: list[str] = field(default_factory=list)
 
 
-def check_mission(path: Path, robot: Path | None = None, default: Path | None = None) -> Findings:
-    """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
+def check_mission(
+    path: Path, robot: Path | None = None, default: Path | None = None, *, load_profile: bool = False
+) -> Findings:
+    """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass.
+
+    Args:
+        path: The mission file.
+        robot: The robot file.
+        default: The robot file if neither `robot` nor the mission names one; by default ``$NXT_ROBOT``.
+        load_profile: Whether to load a mission's own profile, which runs the module that the file names.
+    """
     found = Findings()
     try:
         mission = load_mission(path, [PICTURES], robot=robot, default_robot=default or default_robot_file())
@@ -61,6 +70,11 @@ def check_mission(path: Path, robot: Path | None = None, default: Path | None = 
         from nxtdrive.mission.picture_checks import picture_warnings
 
         found.warnings = [*warnings(mission), *picture_warnings(mission)]
+        if load_profile:
+            try:
+                check_profile(mission.mission.profile)
+            except ConfigError as error:
+                found.mistakes.append(f"mission.profile: {error}")
     found.mistakes += make_detectors(targets, {})[1]
     return found
 

@@ -157,6 +157,10 @@ def test_a_mission_may_name_an_installed_profile_only(tmp_path, capsys):
     said = capsys.readouterr().err
     assert "must be thesis, adaptive, a class as package.module:Class, or an installed profile" in said
     assert "(docs/profiles.md), not 'patient'" in said
+    mission.write_text(mission.read_text(encoding="utf-8").replace("patient", "adaptiv"), encoding="utf-8")
+    assert main(["mission", "check", str(mission)]) == USAGE
+    assert "there is no profile 'adaptiv'; did you mean 'adaptive'?" in capsys.readouterr().err
+    mission.write_text(mission.read_text(encoding="utf-8").replace("adaptiv", "patient"), encoding="utf-8")
     _install(tmp_path)
     assert main(["mission", "check", str(mission)]) == DONE
 

@@ -210,6 +210,28 @@ def test_a_run_prints_one_line_and_keeps_it(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    ("body", "text"),
+    [
+        ("def learn(self): pass", "does not take the arguments of learn(failure)"),
+        ("def skill(self", "mistaken.py:5: SyntaxError"),
+        ("raise SystemExit", "mistaken.py:5: SystemExit"),
+    ],
+)
+def test_a_check_of_the_mission_finds_it(tmp_path, capsys, body, text):
+    _write(tmp_path, body)
+    mission = tmp_path / "mission.toml"
+    mission.write_text(
+        '[mission]\ntargets = ["tag"]\nprofile = "mistaken:Mistaken"\n'
+        '[target.tag]\ndetector = "marker"\nid = 7\nheight_mm = 150\n',
+        encoding="utf-8",
+    )
+    assert main(["mission", "check", str(mission)]) == USAGE
+    said = capsys.readouterr().err
+    assert "1 mistake\n  mission.profile: profile 'mistaken:Mistaken' cannot be " in said
+    assert text in said
+
+
+@pytest.mark.parametrize(
     ("candidates", "text"),
     [
         ("None", "returned NoneType, not a Sequence."),

@@ -98,7 +98,7 @@ class Missions:
         return content.decode(), _version(content)
 
     def check(self, text: str) -> Findings:
-        """Check a text as ``nxtdrive mission check`` checks it as a file of the folder.
+        """Check a text as ``nxtdrive mission check`` checks it as a file of the folder, but do not load its profile.
 
         Raises:
             OSError: The folder cannot be written.

@@ -109,7 +109,7 @@ class _StoreOnce(argparse.Action):
 def _check(args: argparse.Namespace) -> int:
     from nxtdrive.mission.checking import check_mission
 
-    found = {str(path): check_mission(path, args.robot) for path in args.files}
+    found = {str(path): check_mission(path, args.robot, load_profile=True) for path in args.files}
     report_findings(found, as_json=args.json)
     return USAGE if any(each.mistakes for each in found.values()) else DONE
 
