@@ -74,9 +74,9 @@ class Course:
 
     def __init__(self, brick: Brick, camera: Camera, rover: Rover, robot: RobotTable) -> None:
         self._brick, self._camera, self._rover = brick, camera, rover
+        self._robot = robot
         self._ports = output_port(robot.left), output_port(robot.right)
         self._signs = motor_signs((robot.left_reversed, robot.right_reversed))
-        self._sonar = bool(robot.ultrasonic)
         self._body = MissionBody(rover, safety_sensors(robot))  # does without sensors that do not answer
         self.track = Track(camera.size)
         self._blocked = False
@@ -197,9 +197,10 @@ class Course:
                 raise CalibrationRefused(
                     "a turn did not bring the sheet to where it should be in the frame.",
                     remedy="Clear the floor round the robot, hang the sheet where the camera sees all of it from a "
-                    "metre, and make sure that only the sheet has such markers. If the robot's wheels or track are "
-                    "unusual, write roughly measured values into the robot file first: [robot] "
-                    "wheel_diameter_mm = ..., axle_track_mm = ...",
+                    "metre, and make sure that only the sheet has such markers. Is the left wheel's motor on port "
+                    f"{self._robot.left} and the right one's on port {self._robot.right}? If not, or if the wheels or "
+                    "the track are unusual, write that into the robot file first: [robot] left = ..., right = ..., "
+                    "wheel_diameter_mm = ..., axle_track_mm = ... (roughly measured)",
                 )
         self._rover.stop()
 
@@ -262,7 +263,7 @@ class Course:
         self._unseen = 0 if seen.markers else self._unseen + 1
         if seen.markers:
             self.track.views.append(View(frame.time_s, seen))
-        if self._sonar and (range_mm := self._rover.range_mm()) is not None:
+        if self._robot.ultrasonic and (range_mm := self._rover.range_mm()) is not None:
             self.track.ranges.append((self._brick.now(), range_mm))
         return seen
 

@@ -100,6 +100,13 @@ def test_exchanged_motors_are_noticed(here, capsys):
     assert 'set left = "B" and right = "C"' in capsys.readouterr().err
 
 
+@pytest.mark.slow
+def test_a_turn_that_fails_names_the_ports_of_the_motors(here, capsys):
+    (here / "robot.toml").write_text('[robot]\nleft = "A"\nright = "B"\n')
+    assert main(["calibrate", "wheels"]) == NOT_ACHIEVED
+    assert "Is the left wheel's motor on port A and the right one's on port B?" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("words", [[], ["wheels", "--ruler"]])
 def test_the_file_of_another_brick_is_not_overwritten(here, capsys, words):
     (here / "robot.toml").write_text('[calibration]\nbrick_id = "0016530A1B2C"\n')
