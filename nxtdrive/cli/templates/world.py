@@ -175,22 +175,25 @@ def _not_found(target: TemplateTarget, away_mm: float) -> ConfigError:
             f"{target.name} is not found from {away_mm / 1000:.1f} m: {target.height_mm:g} mm is too small for it.",
             remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
         )
+    causes, better = _limitations(target)
     return ConfigError(
         f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
-        f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {_why(target)}.",
+        f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {causes}.",
         remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
         if target.height_mm < UNLIKELY_MM
-        else "Crop it, print it larger and give that --height-mm, or use a marker (--marker).",
+        else f"Crop it, print it larger and give that --height-mm, choose a picture with {better}, or use a marker "
+        "(--marker).",
     )
 
 
-def _why(target: TemplateTarget) -> str:
-    """Explain why a photograph is not found."""
-    from nxtdrive.vision.detectors.range_prediction import predict_range
+def _limitations(target: TemplateTarget) -> tuple[str, str]:
+    """Return why a photograph is not found, and what one has that is found."""
+    from nxtdrive.vision.detectors.range_prediction import Limitation, predict_range
     from nxtdrive.vision.sources import read_image
 
-    reasons = predict_range(read_image(target.picture)).reasons if target.picture else ()
-    return "; ".join(reasons) or "its details are too small for that"
+    found = predict_range(read_image(target.picture)).limitations if target.picture else ()
+    causes, better = zip(*found or [Limitation("its details are too small for that", "large shapes")], strict=True)
+    return " and ".join(causes), " and ".join(better)
 
 
 def _found_mm(

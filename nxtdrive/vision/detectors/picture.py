@@ -88,4 +88,5 @@ def check_picture(picture: Image, name: str = "the picture") -> None:
             remedy=f"Crop it to a part that is at most {MAX_RATIO} times as long as it is wide.",
         )
     if float(cv2.meanStdDev(picture)[1].max()) < 1.0:
-        raise ConfigError(f"{name} is of a single colour.", remedy="Use the color detector for this target.")
+        remedy = "Use a picture with more detail, or the color detector if it is a strong colour."
+        raise ConfigError(f"{name} is of a single colour.", remedy=remedy)

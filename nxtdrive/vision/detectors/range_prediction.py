@@ -8,6 +8,7 @@ ranges in rendered rooms.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -33,8 +34,21 @@ GAIN, SOFTNESS_PX, NOISE = 0.8, 0.7, 5.0
 noise."""
 
 FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
-"""Limits below which `RangePrediction.reasons` names what is low: the standard deviation of grey at `DETAIL_HEIGHT`,
-in 256 levels; the number of details (`distinctness`); the share of the contrast that is left at that height."""
+"""Limits below which `RangePrediction.limitations` names what is low: the standard deviation of grey at
+`DETAIL_HEIGHT`, in 256 levels; the number of details (`distinctness`); the share of the contrast that is left at that
+height."""
+
+
+class Limitation(NamedTuple):
+    """What makes a picture hard to find.
+
+    Attributes:
+        cause: In plain words, beginning with its subject.
+        better: What another picture should have, which is found from farther away.
+    """
+
+    cause: str
+    better: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +57,11 @@ class RangePrediction:
 
     Attributes:
         height_px: Apparent height from which on it is found, in pixels of a frame 320 wide; None if at none tried.
-        reasons: What limits it, in plain words with what to do; empty if it is found as most prints are.
+        limitations: What limits it; empty if it is found as most prints are.
     """
 
     height_px: int | None
-    reasons: tuple[str, ...]
+    limitations: tuple[Limitation, ...]
 
     @property
     def hard(self) -> bool:
@@ -59,7 +73,7 @@ def predict_range(picture: Image) -> RangePrediction:
     """Try the detector on a picture, BGR and at least 40 pixels high and wide; takes some tenths of a second."""
     matcher = CorrelationMatcher(picture)
     height_px = next((height for height in HEIGHTS_PX if _found(matcher, picture, height)), None)
-    found = RangePrediction(height_px, tuple(_reasons(picture)))
+    found = RangePrediction(height_px, tuple(_limitations(picture)))
     return found if found.hard else RangePrediction(height_px, ())
 
 
@@ -91,17 +105,16 @@ def _frame(picture: Image, height: int, rng: np.random.Generator) -> tuple[tuple
     return (left + width / 2, top + height / 2), seen.clip(0, 255).astype(np.uint8)
 
 
-def _reasons(picture: Image) -> list[str]:
-    """Describe what makes a picture hard to find."""
+def _limitations(picture: Image) -> list[Limitation]:
     small, whole = _gray(at_height(picture, DETAIL_HEIGHT)), _gray(picture)
-    reasons = []
+    found = []
     if small.std() < FAINT_SD:
-        reasons.append("it has little contrast from afar: choose a picture with dark and bright parts")
+        found.append(Limitation("it has little contrast from afar", "dark and bright parts"))
     if small.std() < KEPT_CONTRAST * whole.std():
-        reasons.append("its details are small: choose one with large shapes, or print it larger")
+        found.append(Limitation("its details are small", "large shapes"))
     if distinctness(picture) < ALIKE_WAVES:
-        reasons.append("it has few details, so much else resembles it: choose one with more shapes")
-    return reasons or ["other things resemble it: choose another picture, or print it larger"]
+        found.append(Limitation("it has few details, so much else resembles it", "more shapes"))
+    return found or [Limitation("other things resemble it", "other shapes")]
 
 
 def _gray(picture: cv2.typing.MatLike) -> NDArray[np.uint8]:

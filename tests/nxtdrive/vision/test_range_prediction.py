@@ -26,19 +26,19 @@ def test_a_portrait_is_found_from_the_usual_distance(astronaut):
     found = predict_range(astronaut)
     assert found.height_px <= USUAL_HEIGHT_PX
     assert not found.hard
-    assert found.reasons == ()
+    assert found.limitations == ()
 
 
 def test_small_words_are_hard_to_find_because_their_details_are_small():
     found = predict_range(words())
     assert found.hard
-    assert any("details are small" in reason for reason in found.reasons)
+    assert any("details are small" in each.cause for each in found.limitations)
 
 
 def test_a_pale_picture_is_hard_to_find_because_of_its_contrast(astronaut):
     found = predict_range(pale(astronaut))
     assert found.hard
-    assert any("little contrast" in reason for reason in found.reasons)
+    assert any("little contrast" in each.cause for each in found.limitations)
 
 
 def test_the_same_picture_has_the_same_prospect(astronaut):
@@ -62,7 +62,7 @@ def test_mission_check_says_which_photograph_is_hard_to_find_and_why(tmp_path, a
     assert found.mistakes == []
     (warning,) = found.warnings
     assert warning.startswith("target.words: the picture will be hard to find")
-    assert "details are small: choose one with large shapes" in warning
+    assert "its details are small. Choose a picture with large shapes, or print it larger" in warning
 
 
 @pytest.mark.slow
