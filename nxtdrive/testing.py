@@ -26,6 +26,7 @@ from nxtdrive.transports.sim import MAX_LATENCY_MS, USB_LATENCY_MS, SimTransport
 from sim_backend.bundled import picture_names
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
+from sim_backend.world.placement import Outline, outline_of_box
 from sim_backend.world.world_file import Box, Person, Picture
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ EMPTY = "empty"
 
 STILL_MM, STILL_DEG, STILL_EVERY_MS = 5.0, 3.0, 100
 """A robot that moves less than this stands still, which is looked at this often."""
+
+PRESSED_MM = 20.0
+"""A box that is put so far into the robot presses its bumper: the physics pushes the robot back."""
 
 _numbers = count(1)
 
@@ -217,7 +221,11 @@ class SimWorld:
         facing_deg: float = 0.0,
         mass_kg: float | None = None,
     ) -> Self:
-        """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall."""
+        """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall.
+
+        Raises:
+            ConfigError: The name is taken, a value is out of range, or the place is outside the room or on the robot.
+        """
         at_mm = self._inside(x_mm, y_mm)
         return self._add(
             Box, name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg
@@ -334,6 +342,8 @@ class SimWorld:
             raise ConfigError(f"{first_mistake(error.errors(include_url=False))}.") from None
         if isinstance(table, Picture) and table.file is None:
             self._check_picture(table.name)
+        if isinstance(table, Box):
+            self._check_clear(outline_of_box(table))
         try:
             self.simulation.world.add(table)
         except ValueError as error:
@@ -349,6 +359,12 @@ class SimWorld:
             world = self.simulation.world
             known = ", ".join([*world.pictures, *world.boxes, *world.people]) or "nothing"
             raise ConfigError(f"there is no {name!r} here; known: {known}.")
+
+    def _check_clear(self, box: Outline) -> None:
+        robot, needed_mm = self.truth.pose, self.simulation.world.file.robot.radius_mm
+        if box.distance_mm(robot[:2]) < needed_mm - PRESSED_MM:
+            where = f"at ({robot.x_mm:.0f}, {robot.y_mm:.0f})"
+            raise ConfigError(f"{box.what} would stand on the robot, {where}: it needs {needed_mm:g} mm around it.")
 
     def _check_picture(self, name: str) -> None:
         known = picture_names()

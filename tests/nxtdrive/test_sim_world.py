@@ -69,6 +69,16 @@ def test_a_box_put_against_the_bumper_presses_it(sim_world, sim_brick):
 
 
 @pytest.mark.parametrize(
+    ("x_mm", "y_mm", "facing_deg"), [(400, None, 0), (400 + 115 + 65, None, 0), (400, 1390, 0), (470, 1570, 45)]
+)
+def test_a_box_on_the_robot_is_refused_with_what_is_free(sim_world, x_mm, y_mm, facing_deg):
+    sim_world.place_robot(x_mm=400, y_mm=1500)
+    with pytest.raises(ConfigError, match=r"'crate' would stand on the robot, at \(400, 1500\): it needs 115 mm"):
+        sim_world.put_box("crate", x_mm=x_mm, y_mm=y_mm, facing_deg=facing_deg)
+    sim_world.put_box("crate", x_mm=1000)
+
+
+@pytest.mark.parametrize(
     "arrange",
     [
         lambda world: world.put_box("crate", x_mm=15000),
