@@ -82,10 +82,15 @@ def outline_of_carpet(carpet: Carpet) -> Outline:
     return Outline("the carpet", carpet.at_mm, carpet.size_mm, carpet.facing_deg, 0.0)
 
 
+def solid_outlines(world: WorldFile) -> list[Outline]:
+    """Return the outlines of the inner walls, and of the boxes that are present at the start."""
+    walls = [outline_of_wall(wall, f"walls[{index}]") for index, wall in enumerate(world.walls)]
+    return [*walls, *(outline_of_box(box) for box in world.boxes if box.present)]
+
+
 def misplaced(world: WorldFile) -> Iterator[str]:
     """Yield a sentence for each object of a world that cannot be where it is placed."""
-    walls = [outline_of_wall(wall, f"walls[{index}]") for index, wall in enumerate(world.walls)]
-    solid = [*walls, *(outline_of_box(box) for box in world.boxes if box.present)]
+    solid = solid_outlines(world)
     yield from _misplaced_robot(world, solid)
     for index, wall in enumerate(world.walls):
         for key, end in (("from_mm", wall.from_mm), ("to_mm", wall.to_mm)):

@@ -10,6 +10,7 @@ from sim_backend.evaluation import Scene, scene
 from sim_backend.plane import wrapped_deg
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.simulation import Simulation
+from sim_backend.world.placement import solid_outlines
 from sim_backend.world.toml_types import PRINT_M, ROOM_M, in_other_unit
 from sim_backend.world.world_file import WorldFile
 
@@ -25,11 +26,18 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
     """Yield what is probably not intended in a room that was just opened, each with the path of its key.
 
     Pictures that are stretched or tiny, that hang too high or stand too low for the camera, that face a wall, or to
-    which no path leads; and a tiny room.
+    which no path leads; people who come in inside a box or an inner wall; and a tiny room.
     """
     world = simulation.world.file
     if world.floor.is_tiny:
         yield f"floor.size_mm: the room is tiny; if that is {in_other_unit(world.floor.size_mm, ROOM_M)}."
+    for index, person in enumerate(world.people):
+        for outline in solid_outlines(world):
+            if outline.distance_mm(person.enters_from_mm) == 0:
+                yield (
+                    f"people[{index}].enters_from_mm: {person.name} comes in inside {outline.what}. Move the door to "
+                    "its edge or to a wall of the room."
+                )
     fronts, now = simulation.truth.front_images(), _lasting(simulation)
     for index, picture in enumerate(world.pictures):
         path, name = f"pictures[{index}]", picture.name

@@ -127,6 +127,19 @@ to_mm = [2000, 3000]
 FACES_THE_WALL = EXAMPLE.replace("facing_deg = 170 ", "facing_deg = 0 ").replace("at_mm = [3100,", "at_mm = [3560,")
 CENTIMETRES = EXAMPLE.replace("size_mm = [210, 297]", "size_mm = [21, 29.7]")
 METRES = EXAMPLE.replace("size_mm = [210, 297]", "size_mm = [0.21, 0.297]")
+IN_THE_DESK = (
+    EXAMPLE
+    + """
+[[boxes]]
+name = "desk"
+at_mm = [1200, 400]
+size_mm = [400, 400]
+height_mm = 700
+[[people]]
+name = "tom"
+enters_from_mm = [1100, 400]
+"""
+)
 SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
 
 
@@ -145,9 +158,14 @@ SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
         ),
         (CENTIMETRES, "pictures[0].size_mm: lena is tiny; if that is in centimetres, write [210, 297]."),
         (METRES, "pictures[0].size_mm: lena is tiny; if that is in metres, write [210, 297]."),
+        (
+            IN_THE_DESK,
+            "people[1].enters_from_mm: tom comes in inside the box 'desk'. Move the door to its edge or to a wall of "
+            "the room.",
+        ),
         (SMALL_ROOM, "floor.size_mm: the room is tiny; if that is in centimetres, write [4000, 3000]."),
     ],
-    ids=["faces the wall", "closed", "print in cm", "print in m", "room in cm"],
+    ids=["faces the wall", "closed", "print in cm", "print in m", "in the desk", "room in cm"],
 )
 def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a_run(world, warning, capsys):
     Path("odd.toml").write_text(world, encoding="utf-8")
