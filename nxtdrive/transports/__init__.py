@@ -50,7 +50,7 @@ def open_transport(address: str | Address | None = None, *, timeout_s: float = 1
     """
     if address is None:
         address = os.environ.get("NXT") or DEFAULT
-    if isinstance(address, str):
+    if not isinstance(address, Address):
         address = Address.parse(address)
     return transport_class(address.scheme).open(address, timeout_s)
 

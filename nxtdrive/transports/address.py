@@ -77,8 +77,10 @@ class Address:
         """Parse `text`; a missing scheme is inferred from its shape.
 
         Raises:
-            AddressError: It has neither a scheme nor a known shape.
+            AddressError: It is not text, or has neither a scheme nor a known shape.
         """
+        if not isinstance(text, str):
+            raise AddressError(f"{text!r} is not an address: it must be text, as {DEFAULT!r} is.")
         text = text.strip(" \t\r\n")
         scheme, separator, rest = text.partition("://")
         if not separator:

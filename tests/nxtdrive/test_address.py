@@ -3,12 +3,14 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import AddressError, ConfigError
+from nxtdrive import open_brick
 from nxtdrive.transports import open_transport, transport_class
 from nxtdrive.transports.address import Address
 
@@ -105,6 +107,12 @@ def test_options_follow_the_question_mark():
 def test_a_mistake_is_named_with_its_remedy(text, says):
     with pytest.raises(AddressError, match=says):
         open_transport(text)
+
+
+@pytest.mark.parametrize("address", [7, b"usb://", Path("arena.toml")])
+def test_what_is_not_text_is_no_address(address):
+    with pytest.raises(AddressError, match="is not an address: it must be text, as 'usb://' is"):
+        open_brick(address)
 
 
 def test_a_world_that_is_not_there_is_a_mistake_in_a_file():
