@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich.cells import cell_len
 from rich.console import Console, RenderableType
 from rich.panel import Panel
 from rich.table import Table
@@ -34,7 +35,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
         console: The terminal; standard output by default.
     """
     console = console or make_console()
-    for line in _head(explanation):
+    for line in _head(explanation, console.width):
         console.print(line)
     if not explanation.decisions:
         console.print("The journal contains no decision: no attempt had failed.")
@@ -48,7 +49,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
         console.print(Text(printable(f"hint: {hint}")))
 
 
-def _head(explanation: Explanation) -> list[Text]:
+def _head(explanation: Explanation, width: int) -> list[Text]:
     run = explanation.run
     last_s = run.records[-1].time_s
     if run.end is None:
@@ -66,7 +67,10 @@ def _head(explanation: Explanation) -> list[Text]:
         notes.append(UNKNOWN)
     if explanation.unavailable:
         notes.append(f"{explanation.unavailable} Until then its candidates are not shown.")
-    return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
+    title = printable("  |  ".join(parts))
+    if cell_len(title) > width:
+        title = "\n".join(map(printable, parts))
+    return [Text(title, style="bold"), *(Text(note, style="yellow") for note in notes)]
 
 
 def _body(each: ExplainedDecision, explanation: Explanation) -> Table:

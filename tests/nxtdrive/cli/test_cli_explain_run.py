@@ -187,6 +187,15 @@ def test_a_journal_of_the_first_format_is_reported_and_its_evidence_understood(e
     assert "lena has not been recognised since the last search began" in explained(FIRST_FORMAT)
 
 
+def test_a_narrow_terminal_shows_each_part_of_the_title_on_its_own_line(explained, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "30")
+    assert explained(FIRST_FORMAT).splitlines()[:3] == [
+        "behind a corner",
+        "profile not known",
+        "time up after 60.0 s",
+    ]
+
+
 def test_a_journal_of_the_second_format_is_reported(explained):
     told = explained(SECOND_FORMAT, "--json")
     assert len(told["decisions"]) == 5
