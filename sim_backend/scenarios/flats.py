@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from random import Random
 
 from sim_backend.plane import Point
-from sim_backend.scenarios.room_builder import AT_WALL_DEG, AT_WALL_MM, LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
+from sim_backend.scenarios.room_builder import AT_WALL_DEG, AT_WALL_MM, INWARD_DEG, LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
 
 CORRIDOR_MM = (1000.0, 1300.0)
 ROOM_WIDTH_MM, ROOM_DEPTH_MM = (2000.0, 3000.0), (2000.0, 3000.0)
@@ -54,13 +54,9 @@ class FlatRoom:
 
     def place_at_wall(self, builder: RoomBuilder, out_mm: float, corner_mm: float) -> tuple[Point, float]:
         """Draw a point `out_mm` from one of its walls and away from its door, and the direction into the room."""
-        (x0, y0), (x1, y1) = self.low_mm, self.high_mm
         while True:
-            inward = builder.random.choice((0, 90, 180, 270))
-            if inward in (0, 180):
-                at = (x0 + out_mm if inward == 0 else x1 - out_mm, builder.between(y0 + corner_mm, y1 - corner_mm))
-            else:
-                at = (builder.between(x0 + corner_mm, x1 - corner_mm), y0 + out_mm if inward == 90 else y1 - out_mm)
+            inward = builder.random.choice(INWARD_DEG)
+            at = builder.place_before_wall(self.low_mm, self.high_mm, inward, out_mm, corner_mm)
             if self.door_mm is None or math.dist(at, self.door_mm) >= DOOR_KEPT_MM:
                 return at, float(inward)
 

@@ -36,6 +36,8 @@ START_MARGIN_MM = 300.0
 """Smallest distance from the middle of the robot to the room's walls at the start."""
 AT_WALL_MM, AT_WALL_DEG = (60.0, 150.0), 20.0
 """Distances of a print from the wall that it hangs at, and the largest angle between the two."""
+INWARD_DEG = (0, 90, 180, 270)
+"""Directions from the left, upper, right and lower wall of a rectangle into it."""
 CRUISE_MM_S = 200.0
 """The robot's cruising speed, the same for all profiles."""
 
@@ -88,17 +90,26 @@ class RoomBuilder:
 
     def place_at_wall(self, corner_mm: float = 600.0, tilt_deg: float = AT_WALL_DEG) -> tuple[Point, float]:
         """Draw a point near one of the walls, and a direction into the room, degrees."""
-        width, depth = self.size_mm
-        inward = self.random.choice((0, 90, 180, 270))
-        out_mm = self.between(*AT_WALL_MM)
-        along = self.between(corner_mm, (depth if inward in (0, 180) else width) - corner_mm)
-        at = {
-            0: (out_mm, along),
-            90: (along, out_mm),
-            180: (width - out_mm, along),
-            270: (along, depth - out_mm),
-        }[inward]
+        inward = self.random.choice(INWARD_DEG)
+        at = self.place_before_wall((0.0, 0.0), self.size_mm, inward, self.between(*AT_WALL_MM), corner_mm)
         return at, inward + self.between(-tilt_deg, tilt_deg)
+
+    def place_before_wall(
+        self, low_mm: Point, high_mm: Point, inward_deg: int, out_mm: float, corner_mm: float
+    ) -> Point:
+        """Draw a point beside a wall of a rectangle.
+
+        Args:
+            low_mm: The rectangle's corner nearest to the map's origin.
+            high_mm: The opposite corner.
+            inward_deg: The direction from the wall into the rectangle, one of `INWARD_DEG`.
+            out_mm: How far the point is from the wall.
+            corner_mm: Its smallest distance from the adjacent walls.
+        """
+        (x0, y0), (x1, y1) = low_mm, high_mm
+        if inward_deg in (0, 180):
+            return x0 + out_mm if inward_deg == 0 else x1 - out_mm, self.between(y0 + corner_mm, y1 - corner_mm)
+        return self.between(x0 + corner_mm, x1 - corner_mm), y0 + out_mm if inward_deg == 90 else y1 - out_mm
 
     def add_picture(self, name: str, at_mm: Point, facing_deg: float, **more: object) -> None:
         """Add a print on a stand."""
