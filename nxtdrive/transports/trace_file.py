@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import NO_REPLY
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, NotText, read_text
@@ -31,8 +32,6 @@ from nxtdrive.host.unbuffered import write_all
 from nxtdrive.host.writing import writing
 
 VERSION = 1
-MAX_TELEGRAM = 65_535
-"""Bytes of a telegram that the length field of a Bluetooth packet allows."""
 MAX_TIME_S = 1e6
 """Eleven days."""
 _RECORD = "Record one with --trace FILE.nxttrace."
@@ -231,8 +230,8 @@ def _header(path: Path, line: str) -> Trace:
         mistake = "address must be a text"
     elif not isinstance(command, list) or not all(isinstance(word, str) for word in command):
         mistake = "command must be a list of texts"
-    elif type(size) is not int or not 1 <= size <= MAX_TELEGRAM:
-        mistake = f"max_telegram must be a whole number from 1 to {MAX_TELEGRAM}"
+    elif type(size) is not int or not USB_TELEGRAM_LIMIT <= size <= LENGTH_LIMIT:
+        mistake = f"max_telegram must be a whole number from {USB_TELEGRAM_LIMIT} to {LENGTH_LIMIT}"
     else:
         return Trace(address, size, tuple(command))
     raise ConfigError(f"{path}, line 1: {mistake}.", remedy=_RECORD)

@@ -209,6 +209,7 @@ TRACES = {
     "size is true": json.dumps({**HEADER, "max_telegram": True}),
     "size is infinite": '{"nxttrace": 1, "max_telegram": 1e999}',
     "size is huge": json.dumps({**HEADER, "max_telegram": 10**300}),
+    "size is less than a brick has": json.dumps({**HEADER, "max_telegram": 63}),
     "header is a list": "[1]",
     "nothing": "",
 }
