@@ -2,6 +2,8 @@ import json
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware_protocol.enums import RunState
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
@@ -92,6 +94,15 @@ def test_what_a_shorter_map_lacks_is_left_out():
     assert len(values["ADRaw"]) == 4
     assert "ColorADRaw" not in values
     assert "SyncTime" not in COMMAND.decode(bytes(COMMAND.size_1_05))
+
+
+@settings(deadline=None)
+@given(st.sampled_from([*IO_MAPS.values()]), st.binary(max_size=400))
+def test_any_bytes_decode_to_the_variables_that_they_hold(io_map, noise):
+    values = io_map.decode(noise)
+
+    assert all(io_map.fields[name].end <= len(noise) for name in values)
+    assert len(noise) < io_map.size or [*values] == [*io_map.fields]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Every declared telegram, with values made from its declaration."""
 
+from contextlib import suppress
 from typing import Annotated
 
 import pytest
@@ -120,6 +121,14 @@ def test_cut_telegrams_are_refused(command, data):
     if not command.reply_type.layout.tail:
         with pytest.raises(RemoteProtocolError):
             command.decode_reply(answer + b"\0")
+
+
+@settings(deadline=None)
+@given(st.sampled_from(ALL_COMMANDS), st.binary(max_size=80))
+def test_any_bytes_are_a_telegram_or_refused(command, noise):
+    for decode in (command.decode, command.decode_reply):
+        with suppress(RemoteProtocolError):
+            assert repr(decode(noise))
 
 
 @every_command

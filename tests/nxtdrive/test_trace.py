@@ -1,6 +1,7 @@
 """Recording dialogues, and using a recording as a brick."""
 
 import json
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.direct import GetBatteryLevel, GetOutputState, KeepAlive
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import AddressError, ConfigError, LinkError, LinkLost, LinkTimeout
+from firmware_protocol.errors import AddressError, ConfigError, LinkError, LinkLost, LinkTimeout, NXTError
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
@@ -69,6 +70,38 @@ def test_a_bad_line_is_named_and_a_cut_last_line_left_out_with_a_warning(tmp_pat
         path.write_text(good + bad + '\n{"t": 0.2, "to": "000b"}\n')
         with pytest.raises(ConfigError, match="line 3"):
             read_trace(path)
+
+
+json_values = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.lists(st.text(), max_size=2)
+HEX = st.sampled_from(["000b", "020b00c027", "020b", "8006", "02", "", "0", "zz"])
+ERRORS = st.sampled_from(["LinkLost", "LinkTimeout", "RemoteProtocolError", "ConfigError", "__class__", "nonsense", ""])
+odd_header = st.fixed_dictionaries(
+    {"nxttrace": st.just(1), "max_telegram": st.integers(60, 130) | json_values},
+    optional={"address": json_values, "command": json_values},
+)
+odd_entry = st.fixed_dictionaries(
+    {"t": st.floats(0, 5) | json_values},
+    optional={"to": HEX | json_values, "from": HEX, "error": ERRORS | json_values, "text": json_values}
+    | {"reopened": json_values},
+)
+
+
+@given(st.lists(odd_header | odd_entry, min_size=1, max_size=6).map(lambda lines: "\n".join(map(json.dumps, lines))))
+def test_any_json_lines_are_a_trace_or_refused(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp("traces") / "odd.nxttrace"
+    path.write_text(text)
+    with suppress(ConfigError):
+        read_trace(path)
+
+
+@given(st.lists(st.builds(Entry, st.floats(0, 5), st.sampled_from(EntryKind), st.binary(max_size=8), ERRORS)))
+def test_a_program_meets_only_errors_of_the_driver_in_any_trace(entries):
+    with Brick(ReplayTransport(Trace("sim://", 64, (), tuple(entries)), "replay://")) as brick:
+        for _ in range(3):
+            with suppress(NXTError):
+                brick.request(GetBatteryLevel())
+        with suppress(NXTError):
+            brick.link.reconnect()
 
 
 @pytest.fixture
