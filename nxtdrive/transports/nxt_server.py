@@ -79,7 +79,7 @@ class NxtServerTransport(WallClock):
         self._piece = b""  # a rest that arrives even later is not part of the next reply
         self._connection.write(bytes((telegram[0] & ~NO_REPLY,)) + telegram[1:])
         self._due = True
-        self._unwanted = bytes((Kind.REPLY, telegram[1])) if telegram[0] & NO_REPLY else b""
+        self._unwanted = bytes((Kind.REPLY, *telegram[1:2])) if telegram[0] & NO_REPLY else b""
 
     def receive(self, timeout_s: float) -> bytes | None:
         """Return the next reply that the program requested, or None."""

@@ -437,6 +437,13 @@ def test_no_bytes_of_an_nxt_server_are_lost_or_break_it(whole, noise):
     assert replies[: len(whole) - 1] == whole[:-1]
 
 
+@given(st.binary(min_size=1, max_size=70))
+def test_any_telegram_goes_to_an_nxt_server_and_requests_a_reply(telegram):
+    connection = Arriving()
+    NxtServerTransport("nxt-server://", connection, 64).send(telegram)
+    assert connection.written == [bytes([telegram[0] & 0x7F]) + telegram[1:]]
+
+
 def test_a_server_with_another_client_does_not_answer():
     with socket.create_server(("127.0.0.1", 0)) as server, pytest.raises(LinkTimeout, match="one program at a time"):
         open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=0.1)
