@@ -16,7 +16,8 @@ from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
 from nxtdrive.mission.camera import default_camera
 from nxtdrive.motion.rover import SafetyLimits
-from nxtdrive.transports.record import RecordTransport, recorded
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.record import RecordTransport, brick_address, in_room, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
 from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter, read_trace
@@ -24,6 +25,7 @@ from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
 
 BATTERY = GetBatteryLevel().encode()
+ANSWER = GetBatteryLevel.encode_reply() + b"\x40\x1f"
 
 entries = st.builds(
     Entry,
@@ -173,6 +175,17 @@ def test_what_went_wrong_goes_wrong_again(record):
         assert talk(brick) == outcomes
 
 
+def test_a_telegram_that_cannot_be_sent_is_recorded_with_the_error(record):
+    def talk(brick):
+        brick.sleep(0.1)
+        with pytest.raises(LinkLost):
+            brick.link.transport.send(BATTERY)
+
+    path, _ = record(talk, LinkFaults(unplugged_ms=((50, 1000),)))
+    sent = read_trace(path).entries[0]
+    assert (sent.kind, sent.telegram, sent.error) == (EntryKind.TO_BRICK, BATTERY, "LinkLost")
+
+
 def test_a_loss_that_is_noticed_before_a_request_is_recorded(record):
     def talk(brick):
         recorded(brick.link.transport).close()
@@ -182,6 +195,13 @@ def test_a_loss_that_is_noticed_before_a_request_is_recorded(record):
     path, _ = record(talk)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick, pytest.raises(LinkLost, match="closed"):
         brick.request(GetBatteryLevel())
+
+
+@pytest.mark.parametrize("rest", [(), (Entry(0.1, EntryKind.FROM_BRICK, ANSWER),)], ids=["end", "reply"])
+def test_a_link_is_reopened_only_where_it_was(rest):
+    replay = ReplayTransport(Trace("sim://", 64, (), rest), "replay://")
+    with pytest.raises(LinkLost, match="not opened again at this point"):
+        replay.reopen()
 
 
 def test_a_closed_replay_says_so(record):
@@ -232,6 +252,25 @@ def test_incomplete_addresses(address):
 def test_a_trace_that_cannot_be_written_is_reported_before_anything_moves(tmp_path):
     with pytest.raises(ConfigError, match="cannot be written"):
         open_brick(f"record://{tmp_path}/nowhere/talk.nxttrace?nxt=sim%3A%2F%2Fopen")
+
+
+@pytest.mark.parametrize("recordings", range(3))
+@pytest.mark.parametrize(
+    ("brick", "with_room"),
+    [
+        ("sim://?seed=3", "sim://room.toml?seed=3"),
+        ("sim://open", "sim://open"),
+        ("usb://", "usb://"),
+        ("record://incomplete.nxttrace", "record://incomplete.nxttrace"),
+    ],
+)
+def test_a_simulated_brick_without_a_room_gets_one_also_behind_recordings(brick, with_room, recordings):
+    address = Address.parse(brick)
+    for _ in range(recordings):
+        address = Address("record", "a.nxttrace", {"nxt": str(address)})
+    changed = in_room(address, "room.toml")
+    assert changed.scheme == address.scheme
+    assert brick_address(changed) == Address.parse(with_room)
 
 
 @pytest.fixture
