@@ -43,7 +43,8 @@ def _answered_differently(ours: Exchange, theirs: Exchange, index: int) -> Itera
 
 def _by_field(mine: bytes, other: bytes) -> Iterator[str]:
     first, second = explain(mine), explain(other)
-    if first.status != second.status or not first.fields or len(first.fields) != len(second.fields):
+    form, other_form = ((each.name, each.status, len(each.fields), each.leftover) for each in (first, second))
+    if form != other_form or not first.fields:
         yield f"      - {in_words(mine)}"
         yield f"      + {in_words(other)}"
         return
