@@ -27,6 +27,7 @@ from firmware_protocol.system import GetVersions, IOMapWrite, OpenRead
         ("IOMapWrite module_id=0x000C0001 offset=28 data=02", IOMapWrite(0x000C0001, 28, 1, b"\x02")),
         ("OpenRead name=demo.rxe", OpenRead("demo.rxe")),
         ("PlaySoundFile loop=yes name=a.rso", PlaySoundFile(True, "a.rso")),
+        ("PlaySoundFile loop=no name=a.rso", PlaySoundFile(False, "a.rso")),
         (
             "SetOutputState port=ALL power=-50 mode=motor_on|brake regulation=idle turn_ratio=0"
             " run_state=0x20 tacho_limit=0",
@@ -64,6 +65,7 @@ def test_words_become_commands(line, command):
             "SetOutputState.mode: must be a whole number from 0 to 255, not -1",
         ),
         ("OpenRead name=abcdefghijklmnopqrst", "text of at most 19 characters"),
+        ("OpenRead name=猫.rxe", r"OpenRead\.name must be text in Latin-1 characters, not '猫\.rxe'"),
         ("LSWrite port=IN_1 rx_length=1 data=xyz", "LSWrite.data: .*hexadecimal"),
     ],
 )

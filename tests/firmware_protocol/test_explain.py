@@ -56,6 +56,11 @@ def test_a_reply_has_a_status_in_words():
     assert "The brick refused. Start a program on the brick first." in str(explain(bytes.fromhex("0201ec")))
 
 
+def test_a_telegram_without_fields_is_not_cut():
+    assert lines("000b") == ["GetBatteryLevel (direct command 0x0B, to the brick)"]
+    assert lines("020100") == ["reply to StopProgram 0x01, from the brick", "status ok (0x00)"]
+
+
 def test_bluetooths_length_is_seen_through():
     bare, framed = explain(bytes.fromhex("020b004a1e")), explain(frame(bytes.fromhex("020b004a1e")))
 
@@ -84,6 +89,7 @@ def test_a_length_that_is_also_a_reply_is_read_as_a_length_only_if_it_is_exact()
         ("0003 b8", "cut off after b8"),
         ("0006 00 0102", "left over  01 02"),
         ("0209", "The telegram is cut"),
+        ("0003 b80b 01", "The telegram is cut"),
         ("0194 01000c00 1a00 0100", "0x000C0001 (Ui.mod)"),
         ("0194 01000c00 1a00 0100", "Ui.mod: Flags."),
         ("0194 01000200 3900 0100", "Output.mod: RunState[1]."),

@@ -39,15 +39,16 @@ def test_single_bytes_make_a_telegram():
     assert reader.next() == bytes.fromhex("020b004a1e")
 
 
+@pytest.mark.parametrize("rest", [b"", b"abc"])
 @pytest.mark.parametrize("length", ["0000", "8100", "ffff"])
-def test_an_impossible_length_is_refused_and_forgotten(length):
+def test_an_impossible_length_is_refused_at_once_and_forgotten(length, rest):
     reader = FrameReader()
-    reader.feed(bytes.fromhex(length) + b"abc")
+    reader.feed(bytes.fromhex(length) + rest)
 
     with pytest.raises(RemoteProtocolError) as caught:
         reader.next()
 
-    assert caught.value.telegram == bytes.fromhex(length) + b"abc"
+    assert caught.value.telegram == bytes.fromhex(length) + rest
     reader.feed(frame(b"\x02\x01\x00"))
     assert reader.next() == b"\x02\x01\x00"
 
@@ -60,6 +61,11 @@ def test_the_message_about_a_stream_of_other_data_stays_short():
         reader.next()
 
     assert len(caught.value.telegram) == 4096
+
+
+def test_a_message_shows_the_longest_telegram_of_a_brick_as_a_whole():
+    assert str(RemoteProtocolError("odd", bytes(128))) == f"odd (received: {bytes(128).hex(' ')})"
+    assert str(RemoteProtocolError("odd")) == "odd (received: nothing)"
 
 
 @given(st.binary(max_size=300))

@@ -123,6 +123,19 @@ def test_cut_telegrams_are_refused(command, data):
             command.decode_reply(answer + b"\0")
 
 
+@pytest.mark.parametrize(
+    ("decode", "telegram", "message"),
+    [
+        (GetOutputState.decode, b"\0", "GetOutputState takes 1 bytes after its header, not 0 "),
+        (GetOutputState.decode_reply, bytes(3 + 23), "OutputState takes 22 bytes after its header, not 23 "),
+        (MessageWrite.decode, bytes(2 + 1), "MessageWrite takes at least 2 bytes after its header, not 1 "),
+    ],
+)
+def test_a_telegram_of_another_size_is_described(decode, telegram, message):
+    with pytest.raises(RemoteProtocolError, match=message):
+        decode(telegram)
+
+
 @settings(deadline=None)
 @given(st.sampled_from(ALL_COMMANDS), st.binary(max_size=80))
 def test_any_bytes_are_a_telegram_or_refused(command, noise):
@@ -137,6 +150,15 @@ def test_each_number_out_of_range_is_named(command):
     for name, wire in command.layout.wires.items():
         with pytest.raises(LocalProtocolError, match=f"{command.__name__}.{name} must be"):
             command(**{**fitting, name: _unfitting(wire)}).encode()
+
+
+@every_command
+def test_each_value_of_another_type_is_named(command):
+    fitting = {name: _fitting(wire) for name, wire in command.layout.wires.items()}
+    for name, wire in command.layout.wires.items():
+        for other in (None, 1.5, b"x" if isinstance(wire, Text) else "x"):
+            with pytest.raises(LocalProtocolError, match=f"{command.__name__}.{name} must be"):
+                command(**{**fitting, name: other}).encode()
 
 
 def _fitting(wire):

@@ -90,6 +90,7 @@ def test_options_follow_the_question_mark():
     [
         ("nonsense", "usb://"),
         ("", "usb://"),
+        ("my brick://1", "is not an address"),
         ("ubs://", "Did you mean 'usb://'"),
         ("http://brick", "serial://"),
         ("sim://?sede=7", "Did you mean 'seed'"),

@@ -20,7 +20,7 @@ from nxtdrive.transports.address import Address
 from nxtdrive.transports.record import RecordTransport, brick_address, in_room, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
-from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter, read_trace
+from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter, incomplete, read_trace
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
 
@@ -128,6 +128,31 @@ def test_a_recording_stands_in_for_the_brick(record):
     path, answers = record(talk)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
         assert talk(brick) == answers
+
+
+def test_the_time_of_a_recording_starts_with_it_and_goes_on_when_the_link_is_reopened(tmp_path):
+    inner = SimTransport(Simulation("open"))
+    inner.sleep(5.0)
+    path = tmp_path / "late.nxttrace"
+    transport = RecordTransport(inner, TraceWriter(path, Trace("sim://", 64)), inner.now())
+    transport.send(BATTERY)
+    transport.sleep(1.0)
+    transport.close()
+    transport.reopen().close()
+    assert [entry.kind for entry in read_trace(path).entries] == [EntryKind.TO_BRICK, EntryKind.REOPENED]
+    assert [entry.time_s for entry in read_trace(path).entries] == pytest.approx([0.0, 1.0], abs=0.1)
+
+
+def test_a_trace_whose_file_cannot_be_opened_again_is_incomplete(tmp_path, caplog):
+    path = tmp_path / "talk.nxttrace"
+    writer = TraceWriter(path, Trace("sim://", 64))
+    writer.close()
+    path.unlink()
+    path.mkdir()
+    writer.reopen()
+    writer.write(Entry(0.0, EntryKind.REOPENED))
+    assert f"the trace {path} is incomplete" in caplog.text
+    assert path in incomplete
 
 
 def test_a_recording_that_ends_before_a_reply_does_not_ask_for_the_brick(record):
