@@ -85,7 +85,8 @@ class Evidence:
         researches: Searches for this target after the first, in this round.
         round: How many times the list of targets has been begun, from 1.
         targets_left: Targets that are not reached and whose turn is now or later, this one included.
-        spent_s: Time spent on this target in this round without getting nearer to it.
+        spent_s: Time since its pursuit in this round began, or since its last sighting that still counts: one whose
+            place was looked at in vain, or whose object was rejected, does not.
         blocker: The obstacle in the way, if any.
         detour: A path around it, if there is one.
         blocked: The place to look from beyond it, if the robot was driving to one.

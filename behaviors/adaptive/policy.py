@@ -70,7 +70,7 @@ class AdaptivePolicy:
         if best is None:
             return Choice(CHANGE_TARGET, "everything was tried here")
         if evidence.targets_left > 1 and evidence.blocker is None and evidence.spent_s >= self.search_budget_s:
-            return Choice(CHANGE_TARGET, f"not seen for {evidence.spent_s:.0f} s")
+            return Choice(CHANGE_TARGET, f"{evidence.spent_s:.0f} s without a sighting that still counts")
         return best.choice
 
     def candidates(self, evidence: Evidence) -> list[Candidate]:

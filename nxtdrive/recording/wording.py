@@ -124,7 +124,7 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     again = f"searched for again {_times(evidence.researches)}" if evidence.researches else "not searched for again yet"
     yield f"{evidence.target} {seen} since the last search began; {again}"
     if evidence.spent_s:
-        yield f"pursued for {evidence.spent_s:.0f} s without a sighting"
+        yield f"pursued for {evidence.spent_s:.0f} s without a sighting that still counts"
     if evidence.round > 1 or evidence.targets_left > 1:
         yield f"round {evidence.round}; targets not reached yet: {evidence.targets_left}"
     if evidence.blocker:

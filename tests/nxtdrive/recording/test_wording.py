@@ -31,7 +31,7 @@ def test_chances_by_the_map_alone_are_distinguished_from_those_of_the_candidates
     assert "another look from here: 8 s, 0% chance by the map alone" in lines
     assert "1 other place to look from: nearest in 4 s, at best 11% chance by the map alone" in lines
     assert lines[-1] == "the candidates' chances are corrected by the outcomes of earlier missions"
-    assert "pursued for 8 s without a sighting" in lines
+    assert "pursued for 8 s without a sighting that still counts" in lines
     assert "chance" not in " ".join(evidence_lines(Evidence("lena", Reason.NEVER_SEEN, False, 0)))
 
 
