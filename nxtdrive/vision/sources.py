@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
+import sys
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
@@ -27,6 +28,7 @@ from nxtdrive.vision.opencv import configure, opencv_name
 
 FOLDER_FPS = 10.0
 FALLBACK_FPS = 25.0
+DEVICES = Path("/dev")
 LAST_WEBCAM = 255
 """Linux has 256 minor numbers for ``/dev/video``."""
 WEBCAM_SIZE = (640, 480)
@@ -65,7 +67,7 @@ def open_camera(
     if (number := _webcam_number(source)) is not None:
         return LiveCamera(
             f"camera {number}",
-            "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2...",
+            _webcam_remedy(number),
             lambda: _open_webcam(source),
             clock,
             open_timeout_s,
@@ -135,6 +137,17 @@ def _webcam_number(source: str) -> int | None:
     if is_denied(device):
         raise CameraError(f"this user may not open {device}.", remedy=device_remedy(device, "video"))
     return number
+
+
+def _webcam_remedy(number: int) -> str:
+    """Return what to do when a webcam gives nothing; on Linux the webcams that are there are known."""
+    present = sorted(int(device.name[5:]) for device in DEVICES.glob("video*") if device.name[5:].isdecimal())
+    if number in present or not sys.platform.startswith("linux"):
+        return "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2..."
+    if not present:
+        return "Is it plugged in? This computer has no camera; a virtual machine or container must be given one."
+    there = ", ".join(map(str, present))
+    return f"Is it plugged in? There are {there}; of the two numbers of a webcam one gives no frames."
 
 
 def _open_webcam(source: str) -> cv2.VideoCapture:

@@ -139,6 +139,27 @@ def test_a_camera_that_may_not_be_opened_is_not_called_unplugged(pi, monkeypatch
         open_camera(source)
 
 
+@pytest.mark.parametrize(
+    ("present", "remedy"),
+    [
+        ((), "Is it plugged in? This computer has no camera; a virtual machine or container must be given one."),
+        (
+            ("video2", "video10"),
+            "Is it plugged in? There are 2, 10; of the two numbers of a webcam one gives no frames.",
+        ),
+        (("video0",), "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2..."),
+    ],
+)
+def test_the_remedy_for_a_camera_that_is_not_there_names_those_that_are(tmp_path, mocker, present, remedy):
+    mocker.patch("nxtdrive.vision.sources.DEVICES", tmp_path)
+    mocker.patch("cv2.VideoCapture", side_effect=OSError("no such device"))
+    for name in ("null", "videodev", *present):
+        (tmp_path / name).touch()
+    with pytest.raises(CameraError) as raised:
+        open_camera("0")
+    assert raised.value.remedy == remedy
+
+
 def test_a_serial_port_that_may_not_be_opened_names_its_group(pi, monkeypatch, mocker):
     _node(monkeypatch, "/dev/rfcomm0", 0o660, "dialout")
     mocker.patch("serial.Serial", side_effect=serial.SerialException(errno.EACCES, "Permission denied"))

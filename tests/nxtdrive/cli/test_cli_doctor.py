@@ -5,6 +5,8 @@ import re
 import sys
 from types import SimpleNamespace
 
+import cv2
+import numpy as np
 import pytest
 import usb.backend.libusb1
 import usb.core
@@ -104,6 +106,21 @@ def test_without_a_brick_the_exit_code_says_so(capsys, monkeypatch):
     assert findings["USB"]["verdict"] == "problem"
     assert findings["camera"]["verdict"] == "warning"
     assert report["problems"] == 1, "one that is missing is one problem"
+
+
+@pytest.mark.parametrize(("grey", "verdict"), [(0, "warning"), (20, "warning"), (90, "ok")])
+def test_a_camera_with_a_closed_shutter_is_seen(capsys, tmp_path, grey, verdict):
+    cv2.imwrite(str(tmp_path / "view.png"), np.full((24, 32, 3), grey, np.uint8))
+    _, _, findings = _examine(capsys, "--nxt", "sim://", "--camera", str(tmp_path / "view.png"))
+    assert findings["camera"]["verdict"] == verdict
+    assert ("shutter" in findings["camera"]["remedy"]) == (verdict == "warning")
+
+
+def test_a_camera_whose_first_frames_are_dark_is_not_called_covered(capsys, tmp_path):
+    for number, grey in enumerate((0, 0, 0, 90)):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((24, 32, 3), grey, np.uint8))
+    _, _, findings = _examine(capsys, "--nxt", "sim://", "--camera", str(tmp_path))
+    assert findings["camera"]["verdict"] == "ok"
 
 
 def test_an_unknown_address_is_a_usage_error(capsys):
