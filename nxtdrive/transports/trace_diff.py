@@ -43,8 +43,8 @@ def _answered_differently(ours: Exchange, theirs: Exchange, index: int) -> Itera
 
 def _by_field(mine: bytes, other: bytes) -> Iterator[str]:
     first, second = explain(mine), explain(other)
-    form, other_form = ((each.name, each.status, len(each.fields), each.leftover) for each in (first, second))
-    if form != other_form or not first.fields:
+    form, other_form = ((each.title, each.status, len(each.fields), each.leftover) for each in (first, second))
+    if form != other_form:
         yield f"      - {in_words(mine)}"
         yield f"      + {in_words(other)}"
         return

@@ -30,6 +30,8 @@ def answered(*outcome, request=BATTERY, time_s=0.0):
         ([FULL, LOST], [EMPTY], ["- GetBatteryLevel ok voltage_mv=8000 mV (02 0b 00 40 1f); LinkLost", "+ GetBat"]),
         ([FULL, FULL], [EMPTY, EMPTY], ["- GetBatteryLevel ok voltage_mv=8000 mV (02 0b 00 40 1f); GetB", "+ GetBat"]),
         ([FULL], [REFUSAL], ["- GetBatteryLevel ok", "+ GetBatteryLevel unknown opcode"]),
+        ([FULL], [REFUSAL + FULL[3:]], ["- GetBatteryLevel ok", "+ GetBatteryLevel unknown opcode"]),
+        ([REFUSAL], [REFUSAL + FULL[3:]], ["- GetBatteryLevel unknown", "+ GetBatteryLevel unknown"]),
         ([FULL], [FULL[:-1]], ["voltage_mv: 8000 mV, then cut off after 40"]),
         ([FULL], [FULL + b"\0"], ["- GetBatteryLevel ok", "+ GetBatteryLevel ok"]),
         (
@@ -37,7 +39,7 @@ def answered(*outcome, request=BATTERY, time_s=0.0):
             [MODULE_CLOSED],
             ["- Close ok handle=3 (02 84 00 03)", "+ CloseModuleHandle ok handle=3 (02 92"],
         ),
-        ([b"\x02\x7f\0\1"], [b"\x02\x7f\0\2"], ["- reply ok (02 7f 00 01)", "+ reply ok (02 7f 00 02)"]),
+        ([b"\x02\x7f\0\1"], [b"\x02\x7e\0\1"], ["- reply ok (02 7f 00 01)", "+ reply ok (02 7e 00 01)"]),
     ],
 )
 def test_the_same_request_with_other_outcomes(ours, theirs, lines):
