@@ -355,7 +355,3 @@ class _Version(argparse.Action):
 
         write_line(f"nxtdrive {nxtdrive.__version__}")
         parser.exit()
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -32,7 +32,7 @@ def execute(tmp_path):
     """Runs a program by ``sim exec --native`` in an empty folder; returns the finished process."""
 
     def run(*program):
-        command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--native", "--world", "open", "--"]
+        command = [sys.executable, "-m", "nxtdrive", "sim", "exec", "--native", "--world", "open", "--"]
         return subprocess.run(
             [*command, *program],
             capture_output=True,
@@ -142,7 +142,7 @@ def test_nxt_python_works_through_the_real_libusb(execute):
 
 @needs_libusb
 def test_our_own_driver_works_through_the_real_libusb(execute):
-    done = execute(sys.executable, "-m", "nxtdrive.cli.main", "info", "--nxt", "usb://001653010203", "--json")
+    done = execute(sys.executable, "-m", "nxtdrive", "info", "--nxt", "usb://001653010203", "--json")
     assert json.loads(done.stdout)["firmware"] == "1.29"
 
 

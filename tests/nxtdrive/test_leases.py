@@ -182,7 +182,7 @@ def served(tmp_path):
     """The address of a simulated brick in a process of its own, in real time."""
     words = ["sim", "serve", "--pty", str(tmp_path / "nxt"), "--world", "open", "--json"]
     server = subprocess.Popen(
-        [sys.executable, "-m", "nxtdrive.cli.main", *words],
+        [sys.executable, "-m", "nxtdrive", *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -29,7 +29,7 @@ ROUND_TRIPS = 500
 REPEATS = 5
 PASSES = 20_000
 GET_BATTERY = GetBatteryLevel().encode()
-SIM_EXEC = (sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--")
+SIM_EXEC = (sys.executable, "-m", "nxtdrive", "sim", "exec", "--")
 """Runs a program with the simulated brick on its USB bus."""
 
 USB_CLIENT = """

@@ -86,7 +86,7 @@ def served(latency_ms: float) -> Iterator[str]:
 def serving(*words: str) -> Iterator[list[str]]:
     """Run ``nxtdrive sim serve`` with these arguments; yield the addresses of the simulated brick."""
     server = subprocess.Popen(  # noqa: S603 - our own command
-        [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", *words, "--json"],
+        [sys.executable, "-m", "nxtdrive", "sim", "serve", *words, "--json"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         text=True,

@@ -246,7 +246,7 @@ def _fix_udev(*, install: bool) -> int:
 def _own_command() -> str:
     """Return a command for this program that works in root's shell, whose PATH lacks virtual environments."""
     program = shutil.which("nxtdrive")
-    return shlex.join([program] if program else [sys.executable, "-m", "nxtdrive.cli.main"])
+    return shlex.join([program] if program else [sys.executable, "-m", "nxtdrive"])
 
 
 def _print(finding: Finding) -> None:

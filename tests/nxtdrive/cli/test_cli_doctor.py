@@ -208,7 +208,7 @@ def test_installing_needs_root_and_says_how_from_any_environment(capsys, monkeyp
     monkeypatch.setenv("PATH", str(program.parent))
     monkeypatch.setattr("os.geteuid", lambda: 1000)
     assert main(["doctor", "--fix-udev", "--install"]) == USAGE
-    words = f"'{program}'" if installed else f"{sys.executable} -m nxtdrive.cli.main"
+    words = f"'{program}'" if installed else f"{sys.executable} -m nxtdrive"
     assert f"Run: sudo {words} doctor --fix-udev --install\n" in capsys.readouterr().err
 
 

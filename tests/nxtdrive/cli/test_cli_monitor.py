@@ -205,7 +205,7 @@ def test_a_port_that_does_not_exist_is_reported(word, text, capsys):
 
 @pytest.mark.slow
 def test_a_program_that_reads_the_output_gets_each_snapshot_at_once():
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "monitor", "--nxt", "sim://?pace=fast", "--every", "1"]
+    command = [sys.executable, "-m", "nxtdrive", "monitor", "--nxt", "sim://?pace=fast", "--every", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as monitor:
         watchdog = threading.Timer(60, monitor.kill)
         watchdog.start()

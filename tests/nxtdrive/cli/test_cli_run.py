@@ -199,7 +199,7 @@ def test_a_brick_that_says_nothing_is_reported_after_two_seconds(capsys):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
     process = subprocess.Popen(
-        [sys.executable, "-m", "nxtdrive.cli.main", "run", "--nxt", "sim://?pace=realtime"],
+        [sys.executable, "-m", "nxtdrive", "run", "--nxt", "sim://?pace=realtime"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

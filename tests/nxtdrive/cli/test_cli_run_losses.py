@@ -35,7 +35,7 @@ def start(tmp_path) -> Iterator[Start]:
     started = []
 
     def begin(*words: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "nxtdrive.cli.main", *words]
+        command = [sys.executable, "-m", "nxtdrive", *words]
         started.append(
             subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         )

@@ -23,7 +23,7 @@ def server():
 
     def start(*arguments):
         process = subprocess.Popen(
-            [sys.executable, "-m", "nxtdrive.cli.main", "serve", "--port", "0", *arguments],
+            [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

@@ -22,7 +22,7 @@ GET_BATTERY = bytes.fromhex("00 0b")
 
 @pytest.fixture
 def server(tmp_path):
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve"]
+    command = [sys.executable, "-m", "nxtdrive", "sim", "serve"]
     doors = ["--pty", str(tmp_path / "nxt"), "--tcp", "0", "--nxt-server", "0"]
     started = subprocess.Popen(
         [*command, *doors, "--world", "open", "--json", "--seed", "3", "--size", "160x120"],
@@ -83,7 +83,7 @@ def test_brick_and_camera_are_there_and_both_are_named_in_the_command(server, tm
 
 
 def test_the_firmware_may_be_chosen():
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--tcp", "0", "--json", "--firmware", "1.32"]
+    command = [sys.executable, "-m", "nxtdrive", "sim", "serve", "--tcp", "0", "--json", "--firmware", "1.32"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
         try:
             with open_brick(_serving(served)["nxt"]) as brick:
@@ -97,7 +97,7 @@ def test_a_webcam_that_is_to_be_attached_is_named(tmp_path):
     command = [
         sys.executable,
         "-m",
-        "nxtdrive.cli.main",
+        "nxtdrive",
         "sim",
         "serve",
         "--usbip",
@@ -211,7 +211,7 @@ def test_without_a_door_there_is_nothing_to_serve(capsys):
 
 @pytest.mark.slow
 def test_doors_to_the_network_are_warned_of():
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json"]
+    command = [sys.executable, "-m", "nxtdrive", "sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         _serving(server)
         server.terminate()

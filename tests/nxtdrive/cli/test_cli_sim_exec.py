@@ -23,7 +23,7 @@ def execute():
     """Runs ``sim exec`` on a program text of Python; returns the finished process."""
 
     def run(*words, program=("-c", ASK_BATTERY), env=None):
-        command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", *words, "--", sys.executable, *program]
+        command = [sys.executable, "-m", "nxtdrive", "sim", "exec", *words, "--", sys.executable, *program]
         return subprocess.run(
             command, capture_output=True, text=True, check=False, timeout=60, stdin=subprocess.DEVNULL, env=env
         )
@@ -42,13 +42,13 @@ def test_a_program_that_uses_only_pyusb_finds_the_brick(execute):
 
 @pytest.mark.slow
 def test_our_own_driver_finds_it(execute):
-    done = execute(program=("-m", "nxtdrive.cli.main", "info", "--nxt", "usb://", "--json"))
+    done = execute(program=("-m", "nxtdrive", "info", "--nxt", "usb://", "--json"))
     assert json.loads(done.stdout)["firmware"] == "1.29"
 
 
 @pytest.mark.slow
 def test_the_firmware_may_be_chosen(execute):
-    done = execute("--firmware", "1.32", program=("-m", "nxtdrive.cli.main", "info", "--nxt", "usb://", "--json"))
+    done = execute("--firmware", "1.32", program=("-m", "nxtdrive", "info", "--nxt", "usb://", "--json"))
     assert json.loads(done.stdout)["firmware"] == "1.32"
 
 
@@ -132,7 +132,7 @@ print("up", flush=True)
 signal.sigwait([{number:d}])
 sys.exit(5)
 """
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--", sys.executable, "-c", program]
+    command = [sys.executable, "-m", "nxtdrive", "sim", "exec", "--", sys.executable, "-c", program]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
     ) as execution:

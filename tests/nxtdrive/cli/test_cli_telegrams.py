@@ -127,7 +127,7 @@ def test_a_refusal_of_the_brick_is_exit_code_5(capsys):
 
 def test_the_installed_program_works_and_survives_a_closed_pipe():
     done = subprocess.run(
-        f"{sys.executable} -m nxtdrive.cli.main send --list | head -1",
+        f"{sys.executable} -m nxtdrive send --list | head -1",
         shell=True,
         capture_output=True,
         text=True,

@@ -120,7 +120,7 @@ IN_A_TERMINAL = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spa
 
 def _at_a_terminal(folder: Path, *answers: bytes) -> int:
     """Run the mission in a terminal of its own; answers each question with the next answer."""
-    command = [sys.executable, "-m", "nxtdrive.cli.main", "run", "corner.toml", "--nxt", "sim://figure5"]
+    command = [sys.executable, "-m", "nxtdrive", "run", "corner.toml", "--nxt", "sim://figure5"]
     process = subprocess.Popen(
         [sys.executable, "-c", IN_A_TERMINAL, *command, "--camera", "geometric", "--no-video", "--confirm-recovery"],
         cwd=folder,

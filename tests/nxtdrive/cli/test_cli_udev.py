@@ -57,7 +57,7 @@ def room():
     def run(script, **variables):
         return subprocess.run(
             ["unshare", "--map-root-user", "--mount", "sh", "-c", ROOM + script],
-            env={**os.environ, "DOCTOR": f"{sys.executable} -m nxtdrive.cli.main doctor", **variables},
+            env={**os.environ, "DOCTOR": f"{sys.executable} -m nxtdrive doctor", **variables},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

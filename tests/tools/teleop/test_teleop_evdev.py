@@ -37,7 +37,7 @@ def test_a_gamepad_drives_is_pulled_out_and_plugged_in_again(terminal, orders):
     fifo, say = orders
     screen = terminal(
         *("env", "LD_PRELOAD=libumockdev-preload.so.0", umockdev_interpreter(), str(SCRIPT), str(fifo)),
-        *(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--gamepad"),
+        *(sys.executable, "-m", "nxtdrive", "teleop", "--gamepad"),
     )
     screen.wait("none connected")
     say("plug")

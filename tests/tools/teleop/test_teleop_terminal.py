@@ -229,7 +229,7 @@ def test_a_standard_error_that_is_not_a_terminal_is_refused(capsys, monkeypatch)
 
 @pytest.mark.slow
 def test_in_a_real_terminal(terminal):
-    screen = terminal(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
+    screen = terminal(sys.executable, "-m", "nxtdrive", "teleop", "--nxt", "sim://", "--target", "lena")
     screen.wait("at rest")
     screen.wait("driving", "Up")
     screen.wait("at rest")
