@@ -55,6 +55,12 @@ def note_simulated(brick: Brick) -> None:
         write_error(text, sender="note: ")
 
 
+def warn_of_program(brick: Brick, consequence: str) -> None:
+    """Warn of a program that runs on a brick, and of the consequence, which continues the sentence."""
+    if name := brick.programs.running:
+        write_error(f"warning: {name} is running on the brick {consequence}")
+
+
 def warn_of_room(brick: Brick) -> None:
     """Warn of a simulated room in which the robot probably cannot succeed, before it tries for minutes."""
     from nxtdrive.transports.address import Address

@@ -6,8 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import write_error, write_json, write_line
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick, warn_of_program
+from nxtdrive.cli.output import write_json, write_line
 from nxtdrive.ports import MOTOR_PORTS
 
 if TYPE_CHECKING:
@@ -25,6 +25,9 @@ EXAMPLES = """\
   nxtdrive motor turn A 720
   nxtdrive motor turn C -90 --speed 200 --json
   nxtdrive motor stop --nxt usb://"""
+
+PROGRAM = "and may drive the motors too. `nxtdrive program stop` ends it."
+"""The consequence of a program that runs on the brick."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +69,7 @@ def _run(args: argparse.Namespace, brick: Brick) -> int:
     from behaviors.ports import StopReason
     from nxtdrive.motion.motor import Then
 
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     motor = brick.motor(args.port)
     before = motor.angle
     if args.power is None:
@@ -82,7 +85,7 @@ def _run(args: argparse.Namespace, brick: Brick) -> int:
 def _turn(args: argparse.Namespace, brick: Brick) -> int:
     from nxtdrive.motion.motor import Then
 
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     motor = brick.motor(args.port)
     before = motor.angle
     return _report(args, brick, before, motor.run_angle(args.speed, args.angle, Then.BRAKE))
@@ -92,20 +95,12 @@ def _stop(args: argparse.Namespace, brick: Brick) -> int:
     ports: list[MotorPort] = args.ports or list(MOTOR_PORTS)
     for motor in [brick.motor(port) for port in ports]:  # no motor is braked if a port is wrong
         motor.brake()
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     if args.json:
         write_json({"stopped": ports})
     else:
         write_line(f"stopped {' '.join(ports)}")
     return DONE
-
-
-def _warn_of_program(brick: Brick) -> None:
-    """Warn that a running program may drive the motors that are used here."""
-    if name := brick.programs.running:
-        write_error(
-            f"warning: {name} is running on the brick and may drive the motors too. `nxtdrive program stop` ends it."
-        )
 
 
 def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import write_error, write_json, write_line
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick, warn_of_program
+from nxtdrive.cli.output import write_json, write_line
 from nxtdrive.ports import SENSOR_PORTS
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ EXAMPLES = """\
   nxtdrive sensor watch 4 --json --nxt serial:///dev/rfcomm0
   nxtdrive sensor identify
   nxtdrive sensor registers 4 0x10 8"""
+
+PROGRAM = "and reads the ports that are set up here in another mode."
+"""The consequence of a program that runs on the brick."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -108,7 +111,7 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> QuantitySensor[
 
     if kind is not None and kind not in KINDS:
         return make_sensor(kind, brick.link, port)  # which refuses it before the brick is asked
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     identity = identify(brick.link, port)
     found = identity.kind if identity else ""
     if kind is None and found not in KINDS:
@@ -121,14 +124,6 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> QuantitySensor[
             remedy=f"Name that kind, or the port of the {kind} sensor.",
         )
     return make_sensor(kind or found, brick.link, port)
-
-
-def _warn_of_program(brick: Brick) -> None:
-    """Warn that a running program will find its ports changed."""
-    if name := brick.programs.running:
-        write_error(
-            f"warning: {name} is running on the brick, and reads the ports that are set up here in another mode."
-        )
 
 
 def _print(sensor: QuantitySensor[Any], reading: Reading[Any], *, as_json: bool) -> None:
@@ -144,7 +139,7 @@ def _print(sensor: QuantitySensor[Any], reading: Reading[Any], *, as_json: bool)
 def _identify(args: argparse.Namespace, brick: Brick) -> None:
     from nxtdrive.sensors import identify
 
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     found = {port: identify(brick.link, port) for port in SENSOR_PORTS}
     if args.json:
         write_json({port: asdict(who) if who else None for port, who in found.items()}, indent=2)
@@ -155,7 +150,7 @@ def _identify(args: argparse.Namespace, brick: Brick) -> None:
 
 
 def _registers(args: argparse.Namespace, brick: Brick) -> None:
-    _warn_of_program(brick)
+    warn_of_program(brick, PROGRAM)
     data = brick.i2c(args.port, args.address).read(args.register, args.size)
     if args.json:
         write_json({"register": args.register, "data": data.hex()})
