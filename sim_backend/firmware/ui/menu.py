@@ -76,7 +76,7 @@ class Menu:
         self.switches_off = False
         self.runs: str | None = None
         self.program, self.view, self.logs = program, view, logs
-        self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
+        self._places = Places(loader.flash.names_ending, self.program, self.view, radio, logs if has_log else None)
         self.states = KeyStates(registers, screen)
         self.files = MenuFiles(
             loader, settings.stored, self._places, self.states, leave=self._leave_list, sounds=program.waits
@@ -233,9 +233,7 @@ class Menu:
             self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + (menu[:-1] == places.ERASE)])
             return
         items = self.files.shown if places.is_list(menu) else self._places.items(menu)
-        self._place[-1] = places.moved(self._place[-1], step, items)
-        if self._places.is_missing(tuple(self._place)):
-            self._place[-1] += step
+        self._place[-1] = self._places.next_to(tuple(self._place), step, items)
         if menu == places.VOLUME:
             self.states.act(partial(self._settings.set_volume, self._place[-1]))
         if menu in (places.VOLUME, places.SLEEP):

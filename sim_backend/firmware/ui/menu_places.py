@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui.log_menu import DATA_LOG, LogMenu
 from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
@@ -97,6 +98,7 @@ class Places:
         files: Lists the files with an extension.
         program: The program that is made on the brick.
         view: The values that can be shown.
+        radio: Sends files while it is on.
         log: The values that can be logged, if the main menu has an item for the data log.
     """
 
@@ -105,9 +107,10 @@ class Places:
         files: Callable[[str], Sequence[str]],
         program: ProgramSteps,
         view: SensorView,
+        radio: Radio,
         log: LogMenu | None,
     ) -> None:
-        self._files, self._program, self._view, self._log = files, program, view, log
+        self._files, self._program, self._view, self._radio, self._log = files, program, view, radio, log
 
     def items(self, menu: Place) -> int:
         """Return the number of items of a menu, 0 if it is not known."""
@@ -136,6 +139,11 @@ class Places:
         kept = EXTENSIONS if self._log else EXTENSIONS[:-1]
         return (*kept, _TRIED)
 
-    def is_missing(self, place: Place) -> bool:
-        """Return whether the main menu leaves out an item."""
-        return place == DATA_LOG and self._log is None
+    def next_to(self, place: Place, step: int, items: int) -> int:
+        """Return the item to the left (-1) or right (1) of a place in a menu of that many items, 0 if unknown."""
+        menu, item = place[:-1], place[-1]
+        if is_page(menu):
+            shown = [at for at, each in enumerate(actions(menu)) if each != SEND or self._radio.is_on or at == item]
+            return shown[moved(shown.index(item), step, len(shown))]
+        item = moved(item, step, items)
+        return item + step if (item,) == DATA_LOG and not menu and self._log is None else item
