@@ -225,7 +225,7 @@ class UiModule:
             self._buttons[EXIT_BUTTON].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
             reads = registers.runs_file or self._warning.shown
-            if not (reads or registers.starting or registers.state in (UiState.OPENING, UiState.QUESTION)):
+            if not (reads or registers.starting or registers.state in (UiState.OPENING, *states.RADIO_SHOWN)):
                 self._keys.read_button()
         self.wake()
 
