@@ -331,10 +331,10 @@ class Memory:
 
     def _allocate(self, size: int, *, may_compact: bool = True) -> int:
         end = aligned(self.end)
-        if may_compact and self.base + end + size > POOL_SIZE:
+        if may_compact and self.base + end + size >= POOL_SIZE:
             self.compact()
             end = aligned(self.end)
-        if self.base + end + size > POOL_SIZE:
+        if self.base + end + size >= POOL_SIZE:
             raise _Full
         self.end = end + size
         return end
