@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import NO_ARRAY, Memory, OutOfMemory, PoolFull
 
 MAILBOXES = 20
 """Ten to the program and ten from it."""
@@ -29,17 +29,26 @@ class Mailboxes:
     def write(self, box: int, message: bytes) -> bool:
         """Append a message to a queue; return whether that dropped the oldest one.
 
+        In a full pool all arrays move together, once for the descriptors and the bytes of the message.
+
         Raises:
             OutOfMemory: The pool is full.
         """
-        queue = self._queues[box]
+        memory, queue = self._memory, self._queues[box]
         full = len(queue) == (LOG_DEPTH if box == LOG else DEPTH)
-        array = queue.popleft() if full else self._memory.new_array(_BYTE)
-        try:
-            self._memory.set_bytes(array, message)
-        except OutOfMemory:
-            self._memory.free_array(array)
-            raise
+        array = queue.popleft() if full else NO_ARRAY
+        for may_compact in (True, False):
+            try:
+                if array == NO_ARRAY:
+                    array = memory.new_array(_BYTE, may_compact=False)
+                memory.set_bytes(array, message, may_compact=False)
+                break
+            except OutOfMemory as error:
+                if not may_compact or not isinstance(error, PoolFull):
+                    if array != NO_ARRAY:
+                        memory.free_array(array)
+                    raise
+                memory.compact()
         queue.append(array)
         return full
 

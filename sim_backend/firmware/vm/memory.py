@@ -43,7 +43,7 @@ class OutOfMemory(Exception):
     """The pool is full, or a program has corrupted its array descriptors."""
 
 
-class _Full(OutOfMemory):
+class PoolFull(OutOfMemory):
     """The pool has no room for an array."""
 
 
@@ -240,14 +240,14 @@ class Memory:
             raise OutOfMemory(f"there is no array {index}")
         return at
 
-    def new_array(self, element_size: int) -> int:
+    def new_array(self, element_size: int, *, may_compact: bool = True) -> int:
         """Allocate an empty array at the end of the list; returns the number of its descriptor.
 
         Raises:
             OutOfMemory: There is no room for more descriptors.
         """
         if self._free == NO_ARRAY:
-            self._grow_descriptors(self._growth)
+            self._grow_descriptors(self._growth, may_compact=may_compact)
         index = self._free
         self._free = self.array(index).link
         self._set_back(self._free, NO_ARRAY)
@@ -262,7 +262,7 @@ class Memory:
         self._set_back(self._free, index)
         self._free = index
 
-    def resize(self, index: int, count: int) -> None:
+    def resize(self, index: int, count: int, *, may_compact: bool = True) -> None:
         """Set the length of an array; new elements keep what was in memory.
 
         An array grows where it is if the next one in the list is far enough, or seems so as it has no memory yet;
@@ -273,7 +273,9 @@ class Memory:
         """
         try:
             self._resize(index, count)
-        except _Full:
+        except PoolFull:
+            if not may_compact:
+                raise
             self.compact()
             self._resize(index, count)
 
@@ -304,7 +306,7 @@ class Memory:
         array = self.array(index)
         return self.read(array.offset, array.size)
 
-    def set_bytes(self, index: int, data: bytes) -> None:
+    def set_bytes(self, index: int, data: bytes, *, may_compact: bool = True) -> None:
         """Store the bytes of an array and set its length.
 
         Raises:
@@ -312,7 +314,7 @@ class Memory:
         """
         element = self.array(index).element or 1
         count = len(data) // element
-        self.resize(index, count)
+        self.resize(index, count, may_compact=may_compact)
         self.write(self.array(index).offset, data[: count * element])
 
     def _grow_descriptors(self, more: int, *, may_compact: bool = True) -> None:
@@ -335,7 +337,7 @@ class Memory:
             self.compact()
             end = aligned(self.end)
         if self.base + end + size >= POOL_SIZE:
-            raise _Full
+            raise PoolFull
         self.end = end + size
         return end
 
