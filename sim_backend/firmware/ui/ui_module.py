@@ -307,7 +307,7 @@ class UiModule:
             registers.next_step_ms = NEVER
             self._advance(now_ms)
         if accepts and registers.requested:
-            registers.starting = False
+            registers.leave_start()
             self._files.begin()
 
     def _advance(self, now_ms: int) -> None:
