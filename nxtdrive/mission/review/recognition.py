@@ -108,7 +108,8 @@ def never_seen(run: ReviewedRun, moment: Moment) -> Hints:
     """Check at the end whether a room of the user's own has a target that was never seen."""
     if moment.ending not in GIVEN_UP or not Path(run.world).is_file():
         return
-    check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it."
+    check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it. "
+    more = "If it finds nothing, give the mission more light, a nearer start, or more time (time_limit_s, rounds)."
     for target in dict.fromkeys(run.mission.mission.targets):
         if target not in run.seen and run.lookalikes(target):
-            yield target, f"{target} was never seen, although this world has it. {check}"
+            yield target, f"{target} was never seen, although this world has it. {check}{more}"
