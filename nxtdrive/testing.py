@@ -66,8 +66,8 @@ class SimWorld:
         firmware: "1.29", "1.05" or "1.32".
         latency_ms: Round trip of the links, 0 to 10000; USB has 2, Bluetooth 30 to 65.
         time_limit_s: A program that still waits for the brick or sleeps on its clock at this simulated time gets a
-            `TimeLimitExceeded`, again each second. It ends endless loops, but not those that do nothing with the brick;
-            in pytest the marker ``real_time_limit`` ends those too.
+            `TimeLimitExceeded`, again each second. It ends endless loops, but not those that catch it each time or do
+            nothing with the brick; in pytest the marker ``real_time_limit`` ends those too.
 
     Raises:
         ConfigError: There is no such world or firmware, the world's file has mistakes, or a number is out of range.
