@@ -22,6 +22,9 @@ _RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
 _SYMBOLS = {scalars.ADD: "+", scalars.SUB: "-", scalars.MUL: "*", scalars.AND: "&", scalars.OR: "|", scalars.XOR: "^"}
 """Operations whose low bits do not depend on the signs."""
 
+_FACTORS = {scalars.ADD: (1, 1, 0), scalars.SUB: (1, -1, 0), scalars.NEG: (-1, 0)}
+"""Factors of the operands, and last of 1, of operations whose result is a sum."""
+
 _SIGN = 0x8000_0000
 
 
@@ -74,10 +77,10 @@ def _binary(machine: Machine, instruction: Instruction) -> Translation:
     data, operands, opcode = machine.data, machine.operands, instruction.opcode
     target, left, right = (Place(argument) for argument in instruction.arguments)
     value = _calculation(machine, instruction) if operands.scalars(*instruction.arguments) else None
-    statement = operands.assignment(target.entry, value) if value else None
+    effect = operands.calculation(instruction.arguments, value, _FACTORS.get(opcode)) if value else None
     operation = scalars.binary(opcode, float_remainder=machine.dialect.float_remainder)
     whole = scalars.WHOLE.get(opcode)
-    return statement or _of_arrays(
+    return effect or _of_arrays(
         machine, instruction, lambda: aggregates.calculate(data, operation, target, left, right, whole)
     )
 
@@ -125,9 +128,9 @@ def _unary(machine: Machine, instruction: Instruction) -> Translation:
         operation = scalars.rounded_not
     symbol = {scalars.NEG: "-", scalars.NOT: "not "}.get(instruction.opcode)
     if symbol and all(kind in INTEGERS for kind in _kinds(machine, instruction)):
-        statement = operands.assignment(target.entry, f"{symbol}{operands.value(source.entry)}")
-        if statement:
-            return statement
+        value = f"{symbol}{operands.value(source.entry)}"
+        if effect := operands.calculation(instruction.arguments, value, _FACTORS.get(instruction.opcode)):
+            return effect
     whole = scalars.WHOLE.get(instruction.opcode)
     return _of_arrays(
         machine,
@@ -142,9 +145,9 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
     target, left, right = (Place(argument) for argument in instruction.arguments)
     holds = COMPARISONS[relation]
     if operands.scalars(*instruction.arguments):
-        statement = operands.assignment(target.entry, _comparison(machine, relation, left.entry, right.entry), 0, 1)
-        if statement:
-            return statement
+        condition = _comparison(machine, relation, left.entry, right.entry)
+        if effect := operands.calculation(instruction.arguments, condition, limits=(0, 1)):
+            return effect
 
     def each(kind: int, a: float, a_kind: int, b: float, b_kind: int) -> int:
         return int(holds(a, b) if kind == Type.FLOAT else holds(*comparable(a, a_kind, b, b_kind)))
@@ -168,11 +171,9 @@ def _test(machine: Machine, instruction: Instruction) -> Translation:
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, value = (Place(argument) for argument in instruction.arguments)
     if operands.scalars(*instruction.arguments):
-        statement = operands.assignment(
-            target.entry, related(operands.value(value.entry), instruction.flags, "0"), 0, 1
-        )
-        if statement:
-            return statement
+        condition = related(operands.value(value.entry), instruction.flags, "0")
+        if effect := operands.calculation(instruction.arguments, condition, limits=(0, 1)):
+            return effect
 
     def each(_: int, a: float, __: int) -> int:
         return int(holds(a, 0))
@@ -184,16 +185,15 @@ def _move(machine: Machine, instruction: Instruction) -> Translation:
     data, operands = machine.data, machine.operands
     target, source = (Place(argument) for argument in instruction.arguments)
     to, of = _kinds(machine, instruction)
+    effect = None
     if operands.scalars(*instruction.arguments) and (of != Type.FLOAT or to == Type.FLOAT):
-        statement = operands.assignment(target.entry, operands.value(source.entry), *_range(of))
-        if statement:
-            return statement
-    return _of_arrays(machine, instruction, lambda: aggregates.move(data, target, source))
+        effect = operands.calculation(instruction.arguments, operands.value(source.entry), (1, 0), _range(of))
+    return effect or _of_arrays(machine, instruction, lambda: aggregates.move(data, target, source))
 
 
-def _range(kind: int) -> tuple[int, int] | tuple[()]:
-    """Return the smallest and largest number of an unsigned type."""
-    return (0, (1 << 8 * SIZES[kind]) - 1) if kind in (Type.UBYTE, Type.UWORD, Type.ULONG) else ()
+def _range(kind: int) -> tuple[int, int] | None:
+    """Return the smallest and largest number of an unsigned type; None for others."""
+    return (0, (1 << 8 * SIZES[kind]) - 1) if kind in (Type.UBYTE, Type.UWORD, Type.ULONG) else None
 
 
 def _set(machine: Machine, instruction: Instruction) -> Translation:
@@ -203,8 +203,8 @@ def _set(machine: Machine, instruction: Instruction) -> Translation:
         if kind == Type.FLOAT:
             return lambda: None
         value = s16(value) if kind in SIGNED else value
-    statement = machine.operands.assignment(target, str(value), value, value)
-    return statement or (lambda: machine.data.put(target, value))
+    effect = machine.operands.calculation([target], str(value), (value,), (value, value))
+    return effect or (lambda: machine.data.put(target, value))
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {

@@ -12,12 +12,11 @@ compiled only when a block runs often, and until then its instructions are execu
 
 from __future__ import annotations
 
-import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 from types import CodeType
-from typing import Any, NamedTuple
+from typing import Any
 
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, ProgramError
 from sim_backend.firmware.vm.instructions import Action, Branch, Effect, Instruction, Next, Ports, Translation
@@ -39,10 +38,8 @@ _KEPT_EFFECTS = 64
 FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError)
 """Exceptions by which a program ends with an error."""
 
-_CELL = re.compile(r"\b[bhif]\[\d+\]", re.IGNORECASE)
-
-_ACCESS = re.compile(r"\b(get|put)\(")
-"""Access to a variable that is not a cell of the pool, which may read a port, or fail."""
+_Path = Mapping[int, Translation]
+"""The translations of the instructions from the first one to a place in a block, by the words at which they begin."""
 
 Run = Callable[[int], tuple[int, int]]
 """Executes at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
@@ -108,14 +105,13 @@ def _step(instruction: Instruction, translation: Translation, names: dict[str, A
         word = translation.word
         return lambda left: (word if isinstance(word, int) else word(), left - 1)
     if isinstance(translation, Branch):
-        condition, targets = _compile(translation.condition, "eval"), translation[1:]
-        return lambda left: (targets[0 if eval(condition, names) else 1], left - 1)  # noqa: S307 - our own translation
-    if isinstance(translation, str | Effect):
-        lines = (translation,) if isinstance(translation, str) else translation.statements
-        action: Action = partial(exec, _compile("\n".join(lines)), names)
+        condition, (_, target, following, _) = _compile(translation.condition, "eval"), translation
+        return lambda left: (target if eval(condition, names) else following, left - 1)  # noqa: S307 - our own translation
+    if isinstance(translation, Effect):
+        action: Action = partial(exec, _compile("\n".join(translation.statements)), names)
     else:
         action = translation
-    takes_time = translation.takes_time if isinstance(translation, Effect) else not isinstance(translation, str)
+    takes_time = not isinstance(translation, Effect) or translation.takes_time
     following = instruction.following
     taken = LONGEST if takes_time and following == instruction.at else 1
 
@@ -124,33 +120,6 @@ def _step(instruction: Instruction, translation: Translation, names: dict[str, A
         return following, max(left - taken, 0)
 
     return step
-
-
-class _Path(NamedTuple):
-    """Properties of the instructions from the first one to a place in a block.
-
-    Attributes:
-        words: The words at which they begin.
-        quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
-        ports: Their use of ports.
-        clock_reads: How many of them read the time.
-    """
-
-    words: tuple[int, ...] = ()
-    quiet: bool = True
-    ports: int = 0
-    clock_reads: int = 0
-
-    def after(self, at: int, translation: Translation) -> _Path:
-        """Return the path with one instruction more."""
-        quiet, ports, clock_reads = self.quiet, self.ports, self.clock_reads
-        if isinstance(translation, Effect):
-            quiet = quiet and translation.ports is not None and not translation.takes_time
-            ports |= int(translation.ports or 0)
-            clock_reads += translation.reads_clock
-        elif not isinstance(translation, str | Next | Branch):
-            quiet = False
-        return _Path((*self.words, at), quiet, ports, clock_reads)
 
 
 class Compiler:
@@ -244,7 +213,7 @@ class _PathTree:
         self._start, self._end, self._compiler, self._exact = start, end, compiler, exact
         self.longest, self.plain, self.calculates = 1, True, True
         self._loops = self._watches = False
-        body = self._branch(start, _Path(), _MOST_INSTRUCTIONS)
+        body = self._branch(start, {}, _MOST_INSTRUCTIONS)
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
         if self._watches:
@@ -256,18 +225,16 @@ class _PathTree:
         """Return the lines from a place on, of at most some instructions."""
         lines = list[str]()
         while True:
-            count = len(path.words)
+            count = len(path)
             if at == self._start and count:
                 return [*lines, *self._again(path)]
             found = self._compiler.try_at(at, self._end)
-            if found is None or count >= LONGEST or most <= 0 or at in path.words:
+            if found is None or count >= LONGEST or most <= 0 or at in path:
                 return [*lines, self._leave(at, count)]
             instruction, translation = found
-            path, most, count = path.after(at, translation), most - 1, count + 1
+            path, most, count = {**path, at: translation}, most - 1, count + 1
             self.calculates = self.calculates and _calculates(translation)
-            if isinstance(translation, str):
-                lines.append(translation)
-            elif isinstance(translation, Effect):
+            if isinstance(translation, Effect):
                 if translation.takes_time and instruction.following == at:
                     return [*lines, *self._itself(translation.statements, at, count)]
                 lines.extend(translation.statements)
@@ -315,7 +282,7 @@ class _PathTree:
         Repeats of a loop are left out if it changed nothing, reads nothing that may change, and does not set ports
         that it reads.
         """
-        count = len(path.words)
+        count = len(path)
         leave = self._leave(self._start, count)
         if self._exact:
             return [leave]
@@ -324,45 +291,44 @@ class _PathTree:
         if closed:
             return [f"times, left = divmod(left - {count}, {count})", *closed, "continue"]
         lines = [f"left -= {count}"]
-        if path.quiet and path.ports != Ports.BOTH and not self._grows(path):
+        if _settles(path.values()):
             self._watches = True
-            rest = f"without_repeats(left, {count}, {path.clock_reads})" if path.clock_reads else f"left % {count}"
+            clock_reads = sum(isinstance(each, Effect) and each.reads_clock for each in path.values())
+            rest = f"without_repeats(left, {count}, {clock_reads})" if clock_reads else f"left % {count}"
             lines += ["after = pool[low:high]", f"if after == before: left = {rest}", "before = after"]
         return [*lines, "continue"]
 
     def _closed(self, path: _Path) -> list[str] | None:
         """Return the lines with the effect of `times` repeats of a path, all at once; None if that is not known."""
-        statements = list[str]()
-        for at in path.words:
-            found = self._compiler.try_at(at, self._end)
-            if found and isinstance(found[1], str):
-                statements.append(found[1])
-            elif not (found and isinstance(found[1], Next)):
-                return None
-        repeated = linear(statements)
+        repeated = linear([each for each in path.values() if not isinstance(each, Next)])
         if repeated is None:
             return None
         powers = self._compiler.operands.function(f"powers_{self._start}", lru_cache(_KEPT_EFFECTS)(repeated.powers))
         return [f"{repeated.factors} = {powers}(times)", repeated.statement]
 
-    def _grows(self, path: _Path) -> bool:
-        """Return whether a path assigns to a variable by its earlier value, so that a repeat changes it."""
-        for at in path.words:
-            found = self._compiler.try_at(at, self._end)
-            if found and isinstance(found[1], str):
-                target, _, value = found[1].partition(" = ")
-                if target.lower() in (cell.lower() for cell in _CELL.findall(value)):
-                    return True
-        return False
+
+def _settles(path: Iterable[Translation]) -> bool:
+    """Return whether repeats of a path in a pass change nothing as soon as one of them changes nothing.
+
+    It changes variables and ports only, does not read ports that it sets, and calculates no variable from itself.
+    """
+    ports = Ports.NOTHING
+    for each in path:
+        if isinstance(each, Effect):
+            target, *others = each.cells or (None,)
+            if each.ports is None or each.takes_time or target in others:
+                return False
+            ports |= each.ports
+        elif not isinstance(each, Next | Branch):
+            return False
+    return ports != Ports.BOTH
 
 
 def _calculates(translation: Translation) -> bool:
-    """Return whether an instruction uses only cells of the pool."""
-    if isinstance(translation, Branch):
-        return not _ACCESS.search(translation.condition)
+    """Return whether an instruction only calculates with variables that are cells."""
     if isinstance(translation, Next):
         return isinstance(translation.word, int)
-    return isinstance(translation, str) and not _ACCESS.search(translation)
+    return isinstance(translation, Effect | Branch) and translation.cells is not None
 
 
 def _following(instruction: Instruction, translation: Translation) -> int:

@@ -42,7 +42,8 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
     if machine.task.misses:
         return Next(_wrong_jump(machine, instruction))
     if machine.operands.scalars(left, right):
-        return Branch(whole_comparison(machine, relation, left, right), target, following)
+        cells = machine.operands.cells((left, right))
+        return Branch(whole_comparison(machine, relation, left, right), target, following, cells)
     data, first, second = machine.data, Place(left), Place(right)
     accepts = machine.dialect.accepts_mixed_comparisons and relation in HOLD_FOR_EQUALS
 
@@ -75,11 +76,12 @@ def _wrong_jump(machine: Machine, instruction: Instruction) -> Step:
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Branch:
-    value = machine.operands.integer(instruction.arguments[1])
-    if machine.data.kind(instruction.arguments[1]) in (Type.ULONG, Type.FLOAT):  # taken as a number with a sign
+    operands, tested = machine.operands, instruction.arguments[1]
+    value = operands.integer(tested)
+    if machine.data.kind(tested) in (Type.ULONG, Type.FLOAT):  # taken as a number with a sign
         value = as_signed(value)
     condition = related(value, instruction.flags, "0")
-    return Branch(condition, _target(machine, instruction), instruction.following)
+    return Branch(condition, _target(machine, instruction), instruction.following, operands.cells([tested]))
 
 
 def _stop(machine: Machine, instruction: Instruction) -> Next:

@@ -63,6 +63,18 @@ class Next(NamedTuple):
     word: int | Step
 
 
+class Cell(NamedTuple):
+    """A scalar variable that lies in the pool at a multiple of its size.
+
+    Attributes:
+        code: Its type without the sign, as `struct` names it: "b", "h", "i" or "f".
+        number: Its number among the places of its size.
+    """
+
+    code: str
+    number: int
+
+
 class Branch(NamedTuple):
     """Translation of an instruction that chooses between two next ones.
 
@@ -70,11 +82,13 @@ class Branch(NamedTuple):
         condition: Expression of whether it jumps.
         target: Index of the next word if it does.
         following: Index of the next word if it does not.
+        cells: The variables in the condition; None if one is no `Cell`.
     """
 
     condition: str
     target: int
     following: int
+    cells: tuple[Cell, ...] | None
 
 
 class Ports(IntFlag):
@@ -90,24 +104,28 @@ class Ports(IntFlag):
 
 
 class Effect(NamedTuple):
-    """Translation of an instruction that changes more than one variable, or depends on more than variables.
+    """Translation of an instruction to statements.
 
     Attributes:
         statements: Statements that do it.
         ports: Its use of ports; None if it has further effects.
         reads_clock: Whether it reads the time.
         takes_time: Whether it works on whole arrays, which counts against the work that a pass has time for.
+        cells: If it only calculates a variable from others, which cannot fail: that variable, then the others. None for
+            anything else, or if one is no `Cell`.
+        factors: Of the others, and last of 1, if it calculates a sum.
     """
 
     statements: tuple[str, ...]
     ports: Ports | None = None
     reads_clock: bool = False
     takes_time: bool = False
+    cells: tuple[Cell, ...] | None = None
+    factors: tuple[int, ...] | None = None
 
 
-Translation = str | Effect | Action | Next | Branch
-"""Translation of an instruction: a statement, which must change nothing but its target variable; statements or
-a function with further effects; or the choice of the next instruction."""
+Translation = Effect | Action | Next | Branch
+"""Translation of an instruction: statements or a function, or the choice of the next instruction."""
 
 
 def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruction:

@@ -6,13 +6,12 @@ repeats: a power of that matrix, modulo the number of values that a variable can
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-_OPERAND = r"(-?(?:[bhi]\[\d+\]|\d+))"
-_STATEMENT = re.compile(rf"([BHI])\[(\d+)\] = \(?{_OPERAND}(?: ([+-]) {_OPERAND})?\)?(?: & \d+)?", re.IGNORECASE)
+from sim_backend.firmware.vm.instructions import Effect, Translation
+
 _BITS = {"b": 8, "h": 16, "i": 32}
 _MOST_VARIABLES = 4
 """Largest number of variables of a loop; with more, its repeats are as fast one by one."""
@@ -26,13 +25,13 @@ class Repeated(NamedTuple):
     Attributes:
         rows: Of each variable and of 1, the factors of all of them after one repeat.
         changed: Which of the variables change.
-        cells: The variables, without their type.
-        code: Type of all of them, as `Operands` names it.
+        cells: The numbers of the variables' cells.
+        code: The type code of all of them, see `Cell`.
     """
 
     rows: Rows
     changed: tuple[int, ...]
-    cells: tuple[str, ...]
+    cells: tuple[int, ...]
     code: str
 
     def powers(self, times: int) -> tuple[int, ...]:
@@ -62,41 +61,26 @@ class Repeated(NamedTuple):
         return f"{targets} = {', '.join(f'({total}) & {mask}' for total in sums)}"
 
 
-def linear(statements: Sequence[str]) -> Repeated | None:
-    """Return the effect of a loop of some statements; None if it is not of this kind."""
-    parts = [match.groups() for statement in statements if (match := _STATEMENT.fullmatch(statement))]
-    cells = sorted({cell for _, target, one, _, other in parts for cell in (target, *_cells(one), *_cells(other))})
-    codes = {code.lower() for part in parts for code in (part[0], *_codes(part[2]), *_codes(part[4]))}
-    if not parts or len(parts) < len(statements) or len(codes) > 1 or len(cells) > _MOST_VARIABLES:
+def linear(path: Sequence[Translation]) -> Repeated | None:
+    """Return the effect of a loop of some instructions; None if it is not of this kind."""
+    sums = [(each.cells, each.factors) for each in path if isinstance(each, Effect) and each.cells and each.factors]
+    cells = sorted({cell for of_one, _ in sums for cell in of_one})
+    codes = {cell.code for cell in cells}
+    if len(sums) < len(path) or len(codes) != 1 or not codes <= _BITS.keys() or len(cells) > _MOST_VARIABLES:
         return None
-    size = len(cells) + 1
-    rows = list(_identity(size))
-    for _, target, one, sign, other in parts:
-        left, right = _row(one, cells, rows), _row(other or "0", cells, rows)
-        factor = -1 if sign == "-" else 1
-        rows[cells.index(target)] = tuple(a + factor * b for a, b in zip(left, right, strict=True))
-    changed = tuple(sorted({cells.index(part[1]) for part in parts}))
-    return Repeated(tuple(rows), changed, tuple(cells), codes.pop())
-
-
-def _cells(operand: str | None) -> list[str]:
-    return re.findall(r"\[(\d+)\]", operand or "")
-
-
-def _codes(operand: str | None) -> list[str]:
-    return re.findall(r"[bhi]", operand or "", re.IGNORECASE)
+    rows = list(_identity(len(cells) + 1))
+    for (target, *sources), factors in sums:
+        terms = [*(rows[cells.index(source)] for source in sources), rows[-1]]
+        rows[cells.index(target)] = tuple(
+            sum(factor * part for factor, part in zip(factors, parts, strict=True))
+            for parts in zip(*terms, strict=True)
+        )
+    changed = tuple(sorted({cells.index(target) for (target, *_), _ in sums}))
+    return Repeated(tuple(rows), changed, tuple(cell.number for cell in cells), codes.pop())
 
 
 def _identity(size: int) -> Rows:
     return tuple(tuple(int(row == column) for column in range(size)) for row in range(size))
-
-
-def _row(operand: str, cells: Sequence[str], rows: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
-    """Return the factors of an operand, by those of the variables so far."""
-    sign, number = (-1, operand[1:]) if operand.startswith("-") else (1, operand)
-    found = _cells(number)
-    row = rows[cells.index(found[0])] if found else tuple(int(number) * factor for factor in rows[-1])
-    return tuple(sign * factor for factor in row)
 
 
 @lru_cache(maxsize=4096)

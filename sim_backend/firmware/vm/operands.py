@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sim_backend.firmware.vm.data import Data, rounded
+from sim_backend.firmware.vm.instructions import Cell, Effect, Ports
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
@@ -43,21 +44,46 @@ class Operands:
     def value(self, argument: int) -> str:
         """Return the value of a scalar."""
         cell = self._cell(argument)
-        return f"get({argument})" if cell is None else f"{SCALARS[cell[0]].format[-1]}[{cell[1]}]"
+        return f"{SCALARS[self._data.kind(argument)].format[-1]}[{cell.number}]" if cell else f"get({argument})"
 
     def integer(self, argument: int) -> str:
         """Return the value of a scalar that must be an integer: a float is rounded."""
         value = self.value(argument)
         return f"rounded({value})" if self._data.kind(argument) == Type.FLOAT else value
 
-    def assignment(self, target: int, value: str, low: int | None = None, high: int | None = None) -> str | None:
+    def cells(self, arguments: Sequence[int]) -> tuple[Cell, ...] | None:
+        """Return the cells of variables; None if one of them has none."""
+        found = [cell for cell in map(self._cell, arguments) if cell]
+        return tuple(found) if len(found) == len(arguments) else None
+
+    def calculation(
+        self,
+        arguments: Sequence[int],
+        value: str,
+        factors: tuple[int, ...] | None = None,
+        limits: tuple[int, int] | None = None,
+    ) -> Effect | None:
+        """Return the translation of an instruction that sets a scalar to a value that it calculates from others.
+
+        Args:
+            arguments: The variable that it sets, and those that it reads.
+            value: See `assignment`.
+            factors: See `Effect`.
+            limits: See `assignment`.
+
+        Returns:
+            See `assignment`.
+        """
+        statement, cells = self.assignment(arguments[0], value, limits), self.cells(arguments)
+        return Effect((statement,), Ports.NOTHING, cells=cells, factors=factors) if statement else None
+
+    def assignment(self, target: int, value: str, limits: tuple[int, int] | None = None) -> str | None:
         """Return a statement that sets a scalar.
 
         Args:
             target: Its variable.
             value: Expression of the value; an integer, unless the variable is a float.
-            low: The smallest that the value can be, if that is known.
-            high: The largest that the value can be.
+            limits: The smallest and the largest that the value can be, if that is known.
 
         Returns:
             None if the target is the field of a port, which would have further effects.
@@ -71,17 +97,19 @@ class Operands:
         cell = self._cell(target)
         if cell is None:
             return f"put({target}, {value})"
-        code, mask = SCALARS[kind].format[-1], (1 << 8 * SCALARS[kind].size) - 1
-        if kind == Type.FLOAT or (low is not None and high is not None and low >= 0 and high <= mask):
-            return f"{code if kind == Type.FLOAT else code.upper()}[{cell[1]}] = {value}"
-        return f"{code.upper()}[{cell[1]}] = ({value}) & {mask}"
+        if kind == Type.FLOAT:
+            return f"f[{cell.number}] = {value}"
+        code, mask = cell.code.upper(), (1 << 8 * SCALARS[kind].size) - 1
+        if limits and limits[0] >= 0 and limits[1] <= mask:
+            return f"{code}[{cell.number}] = {value}"
+        return f"{code}[{cell.number}] = ({value}) & {mask}"
 
-    def _cell(self, argument: int) -> tuple[int, int] | None:
-        """Return the type of a variable and its number among those of its size in the pool, if it has one."""
+    def _cell(self, argument: int) -> Cell | None:
         if argument >= self._data.first_field or sys.byteorder != "little":
             return None
         kind = self._data.kind(argument)
         if kind not in _CELLS:
             return None
-        cell, rest = divmod(self._data.memory.base + self._data.entry(argument).data, SCALARS[kind].size)
-        return None if rest or (cell + 1) * SCALARS[kind].size > len(self._data.memory.pool) else (kind, cell)
+        code, size = SCALARS[kind].format[-1].lower(), SCALARS[kind].size
+        number, rest = divmod(self._data.memory.base + self._data.entry(argument).data, size)
+        return None if rest or (number + 1) * size > len(self._data.memory.pool) else Cell(code, number)

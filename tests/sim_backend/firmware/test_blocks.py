@@ -13,6 +13,7 @@ from nxtdrive.tools.dev.faults.assembler import Variables, Words, assemble, inst
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import VERSIONS
 from sim_backend.firmware.vm import blocks
+from sim_backend.firmware.vm.instructions import Branch, Cell, Effect, Ports, Translation
 from sim_backend.firmware.vm.linear_loops import linear
 from sim_backend.firmware.vm.rxe import Type
 
@@ -105,23 +106,45 @@ def test_passes_at_once_do_the_same_as_one_by_one(seed: int, firmware: str) -> N
         assert at_once.command.place == one_by_one.command.place
 
 
+def _calculation(cells: str, factors: tuple[int, ...] | None) -> Effect:
+    return Effect(
+        ("",), Ports.NOTHING, cells=tuple(Cell(each[0], int(each[1])) for each in cells.split()), factors=factors
+    )
+
+
 def test_repeats_of_sums_are_a_power_of_a_matrix() -> None:
-    repeated = linear(["B[4] = (B[4] + 1) & 255", "B[5] = (b[5] - b[4]) & 255", "B[6] = b[5]"])
+    repeated = linear(
+        [
+            _calculation("b4 b4", (1, 1)),
+            _calculation("b5 b5 b4", (1, -1, 0)),
+            _calculation("b6 b5", (1, 0)),
+            _calculation("b7", (9,)),
+        ]
+    )
     assert repeated is not None
-    cells = {"4": 250, "5": 7, "6": 0}
+    cells = {4: 250, 5: 7, 6: 0, 7: 0}
     expected = dict(cells)
     for _ in range(1000):
-        expected["4"] = expected["4"] + 1 & 255
-        expected["5"] = expected["5"] - expected["4"] & 255
-        expected["6"] = expected["5"]
-    factors = repeated.powers(1000)
-    names = {"B": {int(cell): value for cell, value in cells.items()}}
-    exec(f"{repeated.factors} = {factors}\n{repeated.statement}", names)
-    assert names["B"] == {int(cell): value for cell, value in expected.items()}
+        expected[4] = expected[4] + 1 & 255
+        expected[5] = expected[5] - expected[4] & 255
+        expected[6] = expected[5]
+        expected[7] = 9
+    names = {"B": cells}
+    exec(f"{repeated.factors} = {repeated.powers(1000)}\n{repeated.statement}", names)
+    assert cells == expected
 
 
 @pytest.mark.parametrize(
-    "statement", ["B[4] = (I[4] + 1) & 255", "I[4] = (i[4] * i[5]) & 4294967295", "f[4] = f[4] + f[5]", "B[4] = now()"]
+    "path",
+    [
+        [_calculation("b4 i4", (1, 1))],
+        [_calculation("i4 i4 i5", None)],
+        [_calculation("f4 f4 f5", (1, 1, 0))],
+        [Effect(("b[4] = now()",), Ports.NOTHING, reads_clock=True)],
+        [_calculation("b4 b4", (1, 1)), Branch("b[4] < b[5]", 0, 2, (Cell("b", 4), Cell("b", 5)))],
+        [],
+    ],
+    ids=["sizes", "product", "floats", "clock", "branch", "nothing"],
 )
-def test_other_statements_are_not_sums(statement: str) -> None:
-    assert linear([statement]) is None
+def test_other_loops_are_not_sums(path: list[Translation]) -> None:
+    assert linear(path) is None
