@@ -45,8 +45,12 @@ CHECKS, MIN_CHECKS = 4, 2
 """Number of the best aligned proposals that are checked in colour, shared likewise; where the picture is, it is nearly
 always the best."""
 
+MIN_CUT = 120.0
+"""An overexposed frame is taken to cut a picture at its median, but not below this, where values are 2.1 times the
+picture's."""
+
 MIN_RANGE = 16.0
-"""Range of grey that must be left below the median; a mostly black picture has none."""
+"""Range of grey that must be left below the cut; a bright picture has none."""
 
 KEPT_HEIGHT = 160
 """The picture is stored at this height; no comparison needs more."""
@@ -142,7 +146,7 @@ class _Part:
         self._ratio = ratio
         self._picture = picture
         gray = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.float32)
-        cut = np.minimum(gray, np.median(gray))
+        cut = np.minimum(gray, max(float(np.median(gray)), MIN_CUT))
         self._grays = gray, cut if np.ptp(cut) >= MIN_RANGE else gray
         self.propose = Proposer(*self._grays, share).propose
         self._aligners: dict[tuple[int, bool], Aligner] = {}

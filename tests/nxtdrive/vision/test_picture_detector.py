@@ -5,6 +5,7 @@ import math
 import cv2
 import numpy as np
 import pytest
+from skimage import data
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.color import ColorDetector
@@ -214,15 +215,28 @@ def test_larger_frames_are_searched_as_well(detector, make_scene, astronaut, dis
     assert depth_mm == pytest.approx(3000, rel=0.08)
 
 
-def test_a_picture_that_is_mostly_black_is_found_in_an_overexposed_frame(make_scene, distractors):
-    picture = np.zeros((297, 210, 3), np.uint8)
-    cv2.circle(picture, (80, 100), 45, (200, 60, 255), -1)
-    cv2.rectangle(picture, (60, 180), (170, 250), (60, 160, 255), -1)
+@pytest.mark.parametrize(
+    ("ground", "disc", "sheet"), [(0, (200, 60, 255), (60, 160, 255)), (165, (255, 190, 255), (170, 220, 255))]
+)
+def test_a_black_or_bright_picture_is_found_in_an_overexposed_frame(make_scene, distractors, ground, disc, sheet):
+    picture = np.full((297, 210, 3), ground, np.uint8)
+    cv2.circle(picture, (80, 100), 45, disc, -1)
+    cv2.rectangle(picture, (60, 180), (170, 250), sheet, -1)
     scene = make_scene(picture, distractors["brick"])
     overexposed = scene.render(900)
     overexposed[:70] = 255
     _, depth_mm = locate(PictureDetector([picture]), overexposed)
     assert depth_mm == pytest.approx(900, rel=0.08)
+
+
+@pytest.mark.parametrize("distance_mm", [1000, 2000, 3000])
+def test_a_dark_picture_on_a_white_wall_is_found_with_three_times_the_light(make_scene, distance_mm):
+    picture = cv2.cvtColor(data.rocket()[:, 180:460], cv2.COLOR_RGB2BGR)
+    wall = np.full((240, 320, 3), (120, 130, 140), np.uint8)
+    wall[:150] = 190
+    frame = make_scene(picture, wall).render(distance_mm, 2).astype(np.float32) * 3 ** (1 / 2.2)
+    _, depth_mm = locate(DetectorWithoutFeatures(picture), frame.clip(0, 255).astype(np.uint8))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.08)
 
 
 def test_it_finds_nothing_in_other_pictures(detector, distractors):
