@@ -100,6 +100,14 @@ def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
     assert not room.simulation.brick.powered_off
 
 
+def test_a_brick_is_kept_awake_after_a_reconnection_as_well(lab):
+    room = lab()
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (120_000).to_bytes(4, "little")))
+    room.brick.link.reconnect()
+    room.brick.sleep(400)
+    assert not room.simulation.brick.powered_off
+
+
 class Sleepless(SimTransport):
     """Reports a sleep timer of a millisecond, and counts what is sent."""
 

@@ -77,6 +77,26 @@ def test_other_motions_of_a_motor_are_leased_as_well(lab, latency_ms, move):
     assert 100 < distance_deg <= 600 * (LEASE_S + COAST_S) + 50
 
 
+@LINKS
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_program_that_dies_lets_a_motor_turn_to_its_goal_at_most_and_coast(lab, latency_ms, sign):
+    room = lab(latency_ms=latency_ms)
+    room.brick.motor("A").run_angle(600, sign * 400, wait=False)
+    while abs(room.output("A").rotation) < 200:
+        room.brick.sleep(0.01)
+    until_rest(room, lambda: room.output("A").rotation)
+    assert 200 < sign * room.output("A").rotation <= 400 + 600 * COAST_S
+
+
+def test_a_motor_whose_next_command_does_not_come_stops_within_its_lease(lab):
+    room = lab()
+    room.brick.motor("A").run(300)
+    room.brick.sleep(1)
+    room.brick.link.motions.claim([OutputPort.A])
+    room.brick.sleep(LEASE_S + ROLL_OUT_S)
+    assert not room.output("A").actual_speed
+
+
 @pytest.mark.parametrize("latency_ms", [2, 45, 150])
 @pytest.mark.parametrize("lease_s", [LEASE_S, 0.3])
 @pytest.mark.parametrize("speed_mm_s", [100, 300])

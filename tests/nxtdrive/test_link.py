@@ -421,6 +421,13 @@ def test_a_timer_that_is_noticed_after_its_end_sends_nothing():
     assert timers.due == math.inf
 
 
+def test_a_telegram_that_is_not_due_is_not_sent_with_one_that_is():
+    timers = Timers()
+    timers.repeat("renew", b"r", 1.0, 0.0)
+    timers.once("brake", b"b", 1.5)
+    assert [timers.take(now) for now in (1.0, 1.5, 2.0)] == [[b"r"], [b"b"], [b"r"]]
+
+
 def test_a_telegram_at_a_set_time_is_sent_once():
     timers = Timers()
     timers.once("brake", b"b", 2.0)

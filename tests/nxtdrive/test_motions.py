@@ -251,6 +251,18 @@ def test_stall_detection_of_run_can_be_switched_off(lab):
     assert motor.stalled()
 
 
+def test_a_motor_that_is_told_to_stand_is_not_stalled(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    motor.run(300)
+    room.brick.sleep(1)
+    motor.run(0)
+    room.brick.sleep(2)
+    assert not room.output("A").actual_speed
+    assert not motor.done
+    assert not motor.stalled()
+
+
 def test_speed_is_limited(lab):
     room = lab()
     motor = room.brick.motor("A", settings=MotorSettings(speed_deg_s=200))
@@ -262,14 +274,15 @@ def test_speed_is_limited(lab):
     assert room.simulation.time_s - begun_s > 2
 
 
-def test_acceleration_is_limited(lab):
+@pytest.mark.parametrize("sign", [1, -1])
+def test_acceleration_is_limited(lab, sign):
     room = lab()
     motor = room.brick.motor("A", settings=MotorSettings(acceleration_deg_s2=200))
-    motor.run(600)
+    motor.run(sign * 600)
     speeds = []
     for _ in range(8):
         room.brick.sleep(0.4)
-        speeds.append(motor.speed())
+        speeds.append(sign * motor.speed())
     assert all(after - before < 200 * 0.5 * 1.5 for before, after in itertools.pairwise(speeds))
     assert speeds[1] < 300
     assert speeds[-1] == pytest.approx(600, abs=50)
@@ -303,6 +316,8 @@ def test_a_motor_whose_supervision_fails_is_not_kept_turning(lab, latency_ms):
         room.brick.sleep(4)
     assert motor.done
     assert not room.output("A").actual_speed
+    with pytest.raises(LinkError):
+        motor.join()
 
 
 def test_a_motion_that_fails_to_begin_does_not_leave_its_motors_turning_as_before(lab):

@@ -134,12 +134,14 @@ def test_a_reversed_motor_turns_the_other_way(lab):
     assert motor.speed() == pytest.approx(300, abs=40)
 
 
-def test_a_time_is_kept(lab):
+@pytest.mark.parametrize("acceleration_deg_s2", [None, 100])
+@pytest.mark.parametrize("duration_s", [0.06, 1.36])
+def test_a_time_is_kept(lab, duration_s, acceleration_deg_s2):
     room = lab()
-    motor = room.brick.motor("A")
+    motor = room.brick.motor("A", settings=MotorSettings(acceleration_deg_s2=acceleration_deg_s2))
     began = room.simulation.time_s
-    motor.run_time(500, 1.5, Then.COAST)
-    assert room.simulation.time_s - began == pytest.approx(1.5, abs=0.05)
+    motor.run_time(500, duration_s, Then.COAST)
+    assert room.simulation.time_s - began == pytest.approx(duration_s, abs=0.02)
     room.brick.sleep(1.5)
     assert motor.speed() == 0
 
@@ -187,3 +189,12 @@ def test_a_motor_that_is_too_weak_times_out(lab):
     room = lab()
     room.attach("A", BenchMotor(gain=20))
     assert room.brick.motor("A").run_angle(500, 360) is StopReason.TIMEOUT
+
+
+def test_a_motor_that_is_turned_from_outside_when_it_should_rest_times_out(lab):
+    room = lab()
+    plant = room.attach("A", BenchMotor())
+    for time_ms in range(0, 30_000, 5):
+        room.simulation.at(time_ms, lambda: plant.turn(1))
+    assert room.brick.motor("A").run_angle(500, 90) is StopReason.TIMEOUT
+    assert room.simulation.time_s < 10

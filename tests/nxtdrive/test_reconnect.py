@@ -90,9 +90,10 @@ def test_only_one_thread_attempts_and_the_link_is_open_again_afterwards():
     core = LinkCore()
     core.set_reconnecting(True, 0.0)
     core.lose(LinkLost("gone."), 0.0)
-    assert [core.begin_attempt(1.0), core.begin_attempt(1.0)] == [True, False]
+    assert [core.begin_attempt(1.0), core.begin_attempt(1.0), core.begin_attempt()] == [True, False, False]
     core.reopened("usb://")
     assert (core.state, core.due) == (LinkState.OPEN, float("inf"))
+    assert not core.begin_attempt(2.0), "a thread that is late leaves the link open"
 
 
 def test_a_loss_is_reported_only_to_a_program_that_drove_motors():
@@ -137,6 +138,7 @@ def test_a_closed_link_stays_closed():
     core.attempt_failed(BrickNotFound("not yet."), 1.0)
     core.reopened("usb://")
     core.set_reconnecting(True, 2.0)
+    assert not core.begin_attempt(), "not even when the program wants to"
     assert core.state is LinkState.CLOSED
     assert math.isinf(core.attempt_due)
 
@@ -308,6 +310,21 @@ def test_a_program_may_reconnect_by_itself(lab):
     assert room.brick.battery_v
 
 
+@pytest.mark.parametrize(
+    "begin", [lambda motor: motor.run(300), lambda motor: motor.run_angle(300, 3000, wait=False)], ids=["run", "angle"]
+)
+def test_a_motion_does_not_outlast_a_link_that_the_program_reopens(lab, begin):
+    room = lab()
+    motor = room.brick.motor("A")
+    begin(motor)
+    room.brick.sleep(1)
+    room.brick.link.reconnect()
+    with pytest.raises(LinkLost, match="during the motion"):
+        motor.join()
+    room.brick.sleep(0.5)
+    assert not room.output("A").actual_speed
+
+
 def test_a_program_that_reconnects_by_itself_gets_no_error_about_the_loss_afterwards(away):
     room = away(3000)
     room.brick.link.mark_driven(OutputPort.A)
@@ -426,6 +443,40 @@ def test_a_loss_that_a_motion_has_reported_is_not_reported_again(lab):
     with pytest.raises(LinkLost):
         room.brick.motor("A").run_angle(300, 3000)
     room.brick.sleep(1)
+
+
+def test_joining_a_lost_motion_again_does_not_hide_the_next_loss(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, 2000), (8000, 9000))))
+    room.brick.link.reconnecting = True
+    motion = room.brick.motor("A").run_angle(300, 3000, wait=False)
+    with pytest.raises(LinkLost):
+        motion.join()
+    room.brick.sleep(5)
+    room.brick.motor("B").run(300)
+    with pytest.raises(LinkLost):
+        motion.join()
+    with pytest.raises(Interrupted):
+        room.brick.sleep(10)
+
+
+def test_a_program_that_was_told_of_a_loss_in_vain_gets_no_second_error(away):
+    room = away(3000)
+    room.brick.link.mark_driven(OutputPort.A)
+    room.brick.link.reconnect_timeout_s = 0.0
+    room.brick.sleep(2)
+    with pytest.raises(LinkLost, match="is not back yet"):
+        assert room.brick.battery_v
+    room.brick.sleep(5)
+    assert room.brick.battery_v
+
+
+@THREADED
+def test_a_loss_that_the_links_thread_notices_is_an_error_of_the_program_alone(lab, caplog):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, FOR_EVER_MS),)))
+    room.brick.motor("A").run(300)
+    with pytest.raises(LinkLost):
+        room.brick.sleep(5)
+    assert not caplog.records
 
 
 @THREADED
