@@ -371,6 +371,6 @@ class Link:
                 self._reconnector.lose(error)
         if step:
             self.motions.run_due()
-        if core.attempt_due <= self.now() and core.begin_attempt(self.now()):
+        if core.begin_attempt(self.now()):
             with suppress(NXTError):
                 self._reconnector.reopen()

@@ -76,4 +76,4 @@ class Timers:
     def _update_due(self) -> None:
         timers = self._timers.values()
         self.due = min((timer.due for timer in timers), default=math.inf)
-        self.punctual = any(math.isinf(timer.interval_s) and timer.due < math.inf for timer in timers)
+        self.punctual = any(math.isinf(timer.interval_s) for timer in timers)

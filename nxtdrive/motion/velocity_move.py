@@ -63,30 +63,28 @@ class VelocityMove:
                 self._lease.release()
             else:
                 with contextlib.suppress(LinkError):
-                    self._brake()
+                    self._lease.brake()
             return StopReason.CANCELLED
         except BaseException:
             with contextlib.suppress(LinkError):
-                self._brake()
+                self._lease.brake()
             raise
 
     def _turn(self, goal_deg_s: float, regulated: bool, until_s: float) -> Steps[StopReason]:
         link = self._link
         self._accelerate(goal_deg_s, regulated, confirmed=True)
         stall = StallDetector(self._stall_s)
-        stall.restart(link.now())
         while (now := link.now()) < until_s:
             if self.speed_deg_s != goal_deg_s:
                 yield min(until_s, now + RAMP_S)
                 self._accelerate(goal_deg_s, regulated)
-                stall.restart(link.now())
             elif self._lease.power == 0 or math.isinf(self._stall_s):
                 yield until_s
             else:
                 reading = sample(link, self._port)
                 stall.update(reading.time_s, reading.angles_deg[0])
                 if stall.stalled:
-                    self._brake()
+                    self._lease.brake()
                     return StopReason.STALLED
                 yield min(until_s, now + min(WATCH_S, self._stall_s / 2))
         return StopReason.DONE
@@ -96,7 +94,3 @@ class VelocityMove:
         change = goal_deg_s - self.speed_deg_s
         self.speed_deg_s += max(-self._step_deg_s, min(self._step_deg_s, change))
         self._lease.drive(self.speed_deg_s, regulated=regulated, renewed=True, confirmed=confirmed)
-
-    def _brake(self) -> None:
-        self.speed_deg_s = 0.0
-        self._lease.brake()
