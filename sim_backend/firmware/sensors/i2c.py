@@ -214,6 +214,10 @@ class I2CBus(Wires):
         """Let the clock line rise at the next interrupt, and wait for the one after it."""
         yield
         yield from self._check_low()
+        yield from self._high_pulse()
+
+    def _high_pulse(self) -> Steps:
+        """Let the clock line rise now, and wait for the next interrupt."""
         self._raise_clock()
         yield
         yield from self._check_high()
@@ -297,8 +301,10 @@ class I2CBus(Wires):
         self.set_clock(False)
         if self._acknowledged:
             self._reading = self._read()
-        else:
-            yield from self._stop()
+        else:  # the stop begins in this interrupt
+            self.pull_data()
+            yield from self._high_pulse()
+            self.set_data(True)
 
     def _resume(self, reading: Steps) -> Steps:
         """Continue a read where it was suspended."""

@@ -51,7 +51,7 @@ class BatteryWarning:
 
     def follow(self) -> None:
         """Show the warning if it is due."""
-        if not self.due or self._screen.drawing:
+        if not self.due or self._screen.drawing or not self._battery.was_low(self._clock.now_ms):
             return
         registers = self._registers
         self.given, self.returns_to, self._since_ms = True, registers.state, self._clock.now_ms

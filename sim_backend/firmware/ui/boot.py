@@ -37,14 +37,17 @@ class Boot:
     ) -> None:
         self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
         self._screen, self._status_bar, self._sound = screen, status_bar, sound
-        self._pictures, self._loads = 0, False
+        self._pictures, self._loads, self._showed_empty = 0, False, False
 
     @property
     def finds_empty(self) -> bool:
-        """Whether the battery is empty, which is to be shown once."""
-        sampled = self._battery.samples(self._clock.now_ms) > 0
-        unseen = sampled and not (self._battery.bars or self._warning.given)
-        return unseen and self._registers.state == UiState.LOGO
+        """Whether the battery is empty, which interrupts the logo, but not that after the empty battery."""
+        return self._battery.empty and not self._showed_empty and self._registers.state == UiState.LOGO
+
+    @property
+    def shows_empty(self) -> bool:
+        """Whether the empty battery or the warning was drawn, and state EMPTY follows in this pass."""
+        return self._warning.given and self.finds_empty
 
     def end(self) -> None:
         """After the last state take requests and keys."""
@@ -76,15 +79,14 @@ class Boot:
         self._registers.next_step_ms += _AFTER_PICTURE_MS
 
     def follow(self) -> None:
-        """Show that the battery is empty instead of the logo, once."""
-        registers, now_ms = self._registers, self._clock.now_ms
-        since_ms = self._battery.since_sample_ms(now_ms)
-        if not self.finds_empty or since_ms < times.EMPTY_FOUND_MS - 1:
+        """Show that the battery is empty instead of the logo, once: draw it, and in the next pass set its state."""
+        if not (self.finds_empty and self._battery.was_empty(self._clock.now_ms)):
             return
-        if since_ms < times.EMPTY_FOUND_MS:
+        if not self._warning.given:
+            self._warning.omit()
             self._screen.mark(marks.EMPTY)
             return
-        self._warning.omit()
+        registers, now_ms = self._registers, self._clock.now_ms
         registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.ENABLE_STATUS)
         self._status_bar.draw(everything=True)
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
@@ -92,10 +94,12 @@ class Boot:
     def _show_logo(self, now_ms: int) -> None:
         """Show the first picture of the logo; after that of the empty battery a requested file waits."""
         registers = self._registers
-        requested = registers.flags & UiFlag.EXECUTE_FILE if registers.state == UiState.EMPTY else 0
+        self._showed_empty = registers.state == UiState.EMPTY
+        requested = registers.flags & UiFlag.EXECUTE_FILE if self._showed_empty else 0
         registers.flags = int(UiFlag.BUSY) | requested
         self._screen.mark(marks.LOGO)
-        registers.state, self._pictures, self._loads = int(UiState.LOGO), 1, False
+        self._pictures, self._loads = 1, False
+        registers.state = int(UiState.LOGO)
         registers.next_step_ms = now_ms + times.LOGO_MS
 
     def _turns_picture(self, now_ms: int) -> bool:

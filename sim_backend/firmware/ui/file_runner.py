@@ -308,8 +308,6 @@ class FileRunner:
         count = self._log_count
         if self._run is not Run.LOG:
             count = 0
-            if not self._programs.active:  # it goes on if only its status was written
-                registers.clear(states.RUNNING_FLAGS)
             registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         self._run, self.count, registers.next_step_ms = Run.MESSAGE, None, now_ms + 1
         self._message_ends_ms, self._odd = now_ms + (times.MESSAGE_PASSES + 1 - count) // 2, count % 2

@@ -41,8 +41,6 @@ class RadioDialog:
     def follow(self) -> None:
         """Show the radio's request, unless the user interface is busy."""
         registers = self._registers
-        if registers.state == UiState.REPORT and self._clock.now_ms >= registers.next_step_ms:
-            self._go_on_with_report()
         pending = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
         shown = UiState.QUESTION if pending & RadioState.ASKING else UiState.REPORT
         busy = registers.flags & UiFlag.BUSY or registers.from_menu or registers.starting
@@ -74,8 +72,10 @@ class RadioDialog:
             return
         self._registers.next_step_ms = self._clock.now_ms + 1
 
-    def _go_on_with_report(self) -> None:
-        """Draw the message part by part, each when the previous one is drawn; later end it."""
+    def follow_report(self) -> None:
+        """Draw a message part by part, each when the previous one is drawn; later end it."""
+        if self._registers.state != UiState.REPORT or self._clock.now_ms < self._registers.next_step_ms:
+            return
         if not self._report:
             self._end(RadioState.REPORTING)
             return

@@ -83,7 +83,7 @@ FOUND = Marks(update=0x400)
 """The result of a search of the radio."""
 LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
 """The first picture of a start, and the others."""
-EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)
+EMPTY, ENTRY = Marks(update=0x10_0000, drop=_ALL), Marks(0x2000_0000)
 """The picture of an empty battery in a start, and the end of the pictures."""
 STATUS, STATUS_BAR = Marks(0x200, 0x1F200), Marks(draws_bar=True)
 """The status bar, and the request to draw it."""

@@ -6,9 +6,6 @@ DISPLAY_OFF_MS = 3
 NO_KEYS_MS = 251
 """Time from the command to switch the power off, as the map shows it, until keys count again."""
 
-EMPTY_FOUND_MS = 2
-"""Time from a sample without bars until the start shows an empty battery."""
-
 REPORT_MS = 2625
 """How long the display shows a message of the radio, from its last part on."""
 

@@ -241,6 +241,8 @@ class UiModule:
         registers.put(UiFlag.RESET_SLEEP_TIMER, again)
         self._boot.end()
         self._follow_keys(now_ms)
+        self._dialog.follow_report()
+        self._warning.follow()
         self._dialog.follow()
         self._files.follow_status(now_ms)
         self._step(now_ms)
@@ -249,7 +251,6 @@ class UiModule:
         self.status_bar.follow()
         self._boot.follow()
         self._follow_exit()
-        self._warning.follow()
         self._power_off.follow(before)
         self._follow_radio(now_ms)
         self._schedule()
@@ -330,7 +331,7 @@ class UiModule:
             pass
         elif registers.runs_file:
             self._files.go_on()
-        elif state == UiState.LOGO:
+        elif state == UiState.LOGO and not self._boot.shows_empty:
             self._leave_logo(now_ms)
         elif state == UiState.DRAWING:
             registers.state = int(UiState.WAITING)
