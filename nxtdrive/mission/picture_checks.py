@@ -16,7 +16,7 @@ from nxtdrive.mission.simpler_detector import simpler_detector
 from nxtdrive.mission.truth import HEIGHTS_PX, shows
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
-from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, RangePrediction, predict_range
+from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, Limitation, RangePrediction, predict_range
 from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
 
@@ -83,12 +83,12 @@ def _hard_to_find(mission: Mission, name: str, predictions: list[RangePrediction
     usual_m = pinhole.distance_mm(USUAL_HEIGHT_PX, height_mm) / 1000
     range_m = 0.0 if best.height_px is None else pinhole.distance_mm(best.height_px, height_mm) / 1000
     if best.hard:
-        causes, better = zip(*best.limitations, strict=True)
+        cause, better = Limitation.joined(best.limitations)
         far = f"only up to about {range_m:.1f} m" if best.height_px else "only from very near"
         yield (
             f"target.{name}: the picture will be hard to find: {far}, where most prints of its size are found up to "
-            f"{usual_m:.1f} m. The reason: {' and '.join(causes)}. Choose a picture with {' and '.join(better)}, or "
-            "print it larger and set height_mm."
+            f"{usual_m:.1f} m. The reason: {cause}. Choose a picture with {better}, or print it larger and set "
+            "height_mm."
         )
     elif range_m < MIN_RANGE_M:
         yield (

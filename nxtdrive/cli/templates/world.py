@@ -13,6 +13,7 @@ from nxtdrive.cli.templates.target import FARTHEST_STOP_MM, TemplateTarget
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
+    from nxtdrive.vision.detectors.range_prediction import Limitation
     from sim_backend.simulation import Simulation
 
 START_X_MM = 600.0
@@ -175,10 +176,10 @@ def _not_found(target: TemplateTarget, away_mm: float) -> ConfigError:
             f"{target.name} is not found from {away_mm / 1000:.1f} m: {target.height_mm:g} mm is too small for it.",
             remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
         )
-    causes, better = _limitations(target)
+    cause, better = _limitation(target)
     return ConfigError(
         f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
-        f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {causes}.",
+        f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {cause}.",
         remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
         if target.height_mm < UNLIKELY_MM
         else f"Crop it, print it larger and give that --height-mm, choose a picture with {better}, or use a marker "
@@ -186,14 +187,13 @@ def _not_found(target: TemplateTarget, away_mm: float) -> ConfigError:
     )
 
 
-def _limitations(target: TemplateTarget) -> tuple[str, str]:
+def _limitation(target: TemplateTarget) -> Limitation:
     """Return why a photograph is not found, and what one has that is found."""
     from nxtdrive.vision.detectors.range_prediction import Limitation, predict_range
     from nxtdrive.vision.sources import read_image
 
     found = predict_range(read_image(target.picture)).limitations if target.picture else ()
-    causes, better = zip(*found or [Limitation("its details are too small for that", "large shapes")], strict=True)
-    return " and ".join(causes), " and ".join(better)
+    return Limitation.joined(found or [Limitation("its details are too small for that", "large shapes")])
 
 
 def _found_mm(

@@ -31,8 +31,9 @@ def room_warnings(simulation: Simulation) -> Iterator[str]:
     world = simulation.world.file
     if world.floor.is_tiny:
         yield f"floor.size_mm: the room is tiny; if that is {in_other_unit(world.floor.size_mm, ROOM_M)}."
+    solid = solid_outlines(world)
     for index, person in enumerate(world.people):
-        for outline in solid_outlines(world):
+        for outline in solid:
             if outline.distance_mm(person.enters_from_mm) == 0:
                 yield (
                     f"people[{index}].enters_from_mm: {person.name} comes in inside {outline.what}. Move the door to "

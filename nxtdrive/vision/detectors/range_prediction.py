@@ -7,6 +7,7 @@ ranges in rendered rooms.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -49,6 +50,12 @@ class Limitation(NamedTuple):
 
     cause: str
     better: str
+
+    @classmethod
+    def joined(cls, limitations: Sequence[Limitation]) -> Limitation:
+        """Join several, at least one, to one."""
+        causes, better = zip(*limitations, strict=True)
+        return cls(" and ".join(causes), " and ".join(better))
 
 
 @dataclass(frozen=True, slots=True)
