@@ -209,7 +209,7 @@ class RobotUnreachable(Outage):
 
 
 class CameraLost(Outage):
-    """The camera delivers no frames: a target that is not seen may still be there."""
+    """The camera delivers no frames, or black ones: a target that is not seen may still be there."""
 
 
 class SensorLost(Outage):

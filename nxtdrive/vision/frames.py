@@ -9,6 +9,13 @@ from nxtdrive.vision.detection import Image
 
 MAX_PIXELS = 3840 * 2160
 """A frame with more is reduced: several are kept at a time, and detectors need far fewer."""
+LIT = 40
+"""The brightest value, of 255, of a frame that shows something; behind a shutter only noise is left."""
+
+
+def is_black(image: Image) -> bool:
+    """Return whether a frame shows nothing: its camera is covered, or there is no light."""
+    return int(image.max()) < LIT
 
 
 def as_frame(image: cv2.typing.MatLike | None) -> Image | None:

@@ -17,6 +17,7 @@ from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
 from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
+from nxtdrive.vision.frames import is_black
 from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.geometry import Pinhole
 
@@ -24,13 +25,14 @@ READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts in the dark takes a second or two."""
 GLANCE_TIMEOUT_S = 0.5
 """Longest wait of a glance for a frame; even in poor light a webcam gives five a second."""
+BLACK = "the camera's frames are black. Open its shutter or take its cap off, and switch the light on."
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
 
 
 class NoFrame(CameraError, CameraLost):
-    """No frame arrived in time."""
+    """No frame arrived in time, or it is black."""
 
 
 class NoMoreFrames(NoFrame):
@@ -77,7 +79,7 @@ class CameraVision:
         """Return the sighting of `target` if it is confirmed in the next new frame.
 
         Raises:
-            NoFrame: No frame came within `READ_TIMEOUT_S`.
+            NoFrame: No frame came within `READ_TIMEOUT_S`, or it is black.
             ConfigError: There is no target of this name.
         """
         return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
@@ -86,7 +88,7 @@ class CameraVision:
         """Return which of the targets are confirmed in the next new frame.
 
         Raises:
-            NoFrame: No frame came within `GLANCE_TIMEOUT_S`.
+            NoFrame: No frame came within `GLANCE_TIMEOUT_S`, or it is black.
             ConfigError: There is no target of one of the names.
         """
         return self._look_for(targets, GLANCE_TIMEOUT_S)
@@ -112,6 +114,8 @@ class CameraVision:
             raise NoMoreFrames(str(error)) from error
         except CameraError as error:
             raise NoFrame(str(error)) from error
+        if is_black(frame.image):
+            raise NoFrame(BLACK)
         self._frame = frame
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}

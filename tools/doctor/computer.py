@@ -23,8 +23,6 @@ from .usb_devices import other_devices
 FRAME_TIMEOUT_S = 5.0
 DARK_FRAMES = 20
 """A webcam may be dark until it has adapted to the light."""
-LIT = 40
-"""The brightest value, of 255, of a frame that shows something; behind a shutter only noise is left."""
 RADIOS = Path("/sys/class/rfkill")
 """Where Linux lists radios and whether they are switched off."""
 OPENCV = (
@@ -121,18 +119,19 @@ def serial_ports(*, needed: bool) -> Iterator[Finding]:
 
 def webcam(source: str) -> Finding:
     """Check whether a camera delivers frames that show something."""
+    from nxtdrive.vision.frames import is_black
     from nxtdrive.vision.sources import open_camera
 
     try:
         with closing(open_camera(source, clock=WallClock())) as camera:
             for _ in range(DARK_FRAMES):
                 image = camera.read(FRAME_TIMEOUT_S).image
-                if lit := int(image.max()) >= LIT:
+                if not (black := is_black(image)):
                     break
     except CameraError as error:
         return warning("camera", error.args[0], error.remedy)
     height, width = image.shape[:2]
-    if not lit:
+    if black:
         remedy = "Open its shutter or take its cap off, and switch the light on."
         return warning("camera", f"the frames of camera {source}, {width}x{height}, are black.", remedy)
     return ok("camera", f"camera {source} delivers frames of {width}x{height}")

@@ -176,7 +176,7 @@ def test_a_recording_as_camera_that_is_at_its_end_is_not_waited_for(tmp_path, sm
     images = tmp_path / "images"
     images.mkdir()
     for i in range(3):
-        cv2.imwrite(str(images / f"{i}.png"), np.zeros((48, 64, 3), np.uint8))
+        cv2.imwrite(str(images / f"{i}.png"), np.full((48, 64, 3), 128, np.uint8))
     arguments = ["run", str(small), "--nxt", "sim://open", "--camera", str(images), "--no-video"]
     assert main(arguments) == LINK_LOST
     assert "is at its end" in capsys.readouterr().err

@@ -123,6 +123,19 @@ def test_a_camera_without_frames_is_reported(targets, clock):
     assert clock.now() == pytest.approx(0.5)
 
 
+def test_a_covered_camera_counts_as_one_without_frames(look_at, scene):
+    noise = np.random.default_rng(1).integers(0, 12, (240, 320, 3), np.uint8)
+    vision = look_at([noise, scene.render(1000), scene.render(1000)])
+    with pytest.raises(CameraLost, match=r"frames are black. Open its shutter"):
+        vision.glance(["astronaut"])
+    assert [vision.look("astronaut") is not None for _ in range(2)] == [False, True]
+
+
+def test_a_dim_room_is_seen(look_at, scene):
+    vision = look_at([scene.render(1000) // 3] * 2)
+    assert [vision.look("astronaut") is not None for _ in range(2)] == [False, True]
+
+
 class Sensor:
     """Sees a target for a span of time."""
 
