@@ -35,3 +35,7 @@ def test_a_telegram_longer_than_the_bluetooth_buffer_has_a_reply_for_each_piece(
     tally = CAMPAIGN.run(41, batch_of(CAMPAIGN, number))
     assert tally.violations == []
     assert tally.outcomes["split"] == 1
+
+
+def test_a_write_over_its_own_opcode_gets_a_reply_with_what_it_wrote():
+    assert CAMPAIGN.run(91, batch_of(CAMPAIGN, 89377)).violations == []

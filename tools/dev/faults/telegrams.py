@@ -17,7 +17,7 @@ from firmware_protocol.framing import (
     frame,
     usb_packets,
 )
-from firmware_protocol.system import Read, Write
+from firmware_protocol.system import IOMapWrite, Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command, Kind
 from sim_backend.devices.analog import AnalogInput
 from sim_backend.devices.digital import GenericI2CDevice
@@ -147,6 +147,8 @@ def _classified(rig: _Rig, request: bytes, reply: bytes) -> str:
         if announced != len(reply) and reply[1] != Read.opcode:  # long reads are cut short
             return f"violated: a reply of {len(reply)} bytes announces {announced}"
     kind = request[0] & ~NO_REPLY
+    if request[1:2] == bytes([IOMapWrite.opcode]) and len(reply) > 1:
+        reply = reply[:1] + request[1:2] + reply[2:]  # what was written may have replaced the opcode
     command = COMMANDS.get((Kind(kind), reply[1])) if kind in tuple(Kind) and len(reply) > 1 else None
     if reply[:1] != bytes([Kind.REPLY]):
         return f"violated: the reply is {reply.hex()}"
