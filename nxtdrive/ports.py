@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from numbers import Real
+from numbers import Integral, Real
 from typing import Literal, TypeVar
 
 from firmware_protocol.enums import InputPort, OutputPort
@@ -58,6 +58,18 @@ def in_range(name: str, value: N, minimum: float, maximum: float) -> N:
     return value
 
 
+def whole_number(name: str, value: int, minimum: int, maximum: int) -> int:
+    """Return `value` as an int if it is in range.
+
+    Raises:
+        LocalProtocolError: It is not a whole number from `minimum` to `maximum`; the message names it.
+    """
+    is_whole = isinstance(value, Integral) and not isinstance(value, bool)  # those of numpy's arrays, too
+    if not is_whole or not minimum <= value <= maximum:
+        raise LocalProtocolError(f"{name} must be a whole number from {minimum} to {maximum}, not {value!r}.")
+    return int(value)
+
+
 def of_type(name: str, value: T, kind: type[T]) -> T:
     """Return `value` if it is a `kind`.
 
@@ -65,9 +77,7 @@ def of_type(name: str, value: T, kind: type[T]) -> T:
         LocalProtocolError: It is not; the message names it.
     """
     if not isinstance(value, kind):
-        raise LocalProtocolError(f"{name} must be {_article(kind.__name__)}, not {value!r}.")
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        what = "a text" if kind is str else f"{article} {kind.__name__}"
+        raise LocalProtocolError(f"{name} must be {what}, not {value!r}.")
     return value
-
-
-def _article(noun: str) -> str:
-    return f"an {noun}" if noun[0].lower() in "aeiou" else f"a {noun}"

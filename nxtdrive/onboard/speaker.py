@@ -6,7 +6,7 @@ from firmware_protocol.direct import GetProperty, PlaySoundFile, PlayTone, SetPr
 from firmware_protocol.enums import Property
 from nxtdrive.link.link import Link
 from nxtdrive.onboard.files import Files
-from nxtdrive.ports import in_range, of_type
+from nxtdrive.ports import in_range, whole_number
 
 TONE_HZ = (220, 14080)
 """Range of tones. Source: docs/firmware.md section 4, 0x03."""
@@ -50,4 +50,4 @@ class Speaker:
 
     @volume.setter
     def volume(self, level: int) -> None:
-        self._link.request(SetProperty.volume(in_range("volume", of_type("volume", level, int), 0, LOUDEST)))
+        self._link.request(SetProperty.volume(whole_number("volume", level, 0, LOUDEST)))

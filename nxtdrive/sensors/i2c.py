@@ -11,7 +11,7 @@ from firmware_protocol.enums import SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending
 from firmware_protocol.status import Status
 from nxtdrive.link.link import Link
-from nxtdrive.ports import SensorPort, in_range, of_type
+from nxtdrive.ports import SensorPort, in_range, whole_number
 from nxtdrive.sensors.port import STEP_S, Sensor, SensorTimeout
 
 ADDRESS = 0x02
@@ -49,7 +49,7 @@ class I2CSensor(Sensor):
     def __init__(self, link: Link, port: SensorPort, address: int | None = None) -> None:
         super().__init__(link, port)
         if address is not None:
-            self.address = in_range("address", of_type("address", address, int), 0x02, 0xFF) & ~1
+            self.address = whole_number("address", address, 0x02, 0xFF) & ~1
         self._dirty = True
 
     def read(self, register: int, size: int) -> bytes:
@@ -170,7 +170,7 @@ class I2CSensor(Sensor):
 
 
 def _byte(name: str, value: int) -> int:
-    return in_range(name, of_type(name, value, int), 0, 0xFF)
+    return whole_number(name, value, 0, 0xFF)
 
 
 class _Unanswered(SensorTimeout):

@@ -95,12 +95,12 @@ def test_a_screenshot_shows_the_display(lab):
         (lambda brick: brick.motor(1), "1"),
         (lambda brick: brick.touch("1"), "'1'"),
         (lambda brick: brick.color(3).brightness_percent(["red"]), "lamp"),
-        (lambda brick: brick.i2c(4, "2"), "address must be an int"),
-        (lambda brick: brick.i2c(4, 1), "address must be .*, not 1"),
+        (lambda brick: brick.i2c(4, "2"), "address must be a whole number from 2 to 255, not '2'"),
+        (lambda brick: brick.i2c(4, 1), "address must be a whole number from 2 to 255, not 1"),
         (lambda brick: brick.tone("a", 100), "frequency_hz"),
-        (lambda brick: setattr(brick, "volume", 2.5), "volume"),
+        (lambda brick: setattr(brick, "volume", 2.5), "volume must be a whole number from 0 to 4, not 2.5"),
         (lambda brick: brick.files.read(5), "5"),
-        (lambda brick: brick.files.ls(5), "pattern"),
+        (lambda brick: brick.files.ls(5), "pattern must be a text, not 5"),
         (lambda brick: brick.programs.start(5), "name"),
         (lambda brick: brick.programs.write_message("1", "hello"), "box"),
         (lambda brick: brick.programs.write_message(1, 5), "message .* not 5"),
@@ -133,6 +133,13 @@ def test_numbers_of_arrays_are_numbers(lab, number):
     motor.reset_angle(number)
     assert motor.angle == 90
     assert not brick.touch(1).wait_for_press(number)
+
+
+def test_whole_numbers_of_arrays_are_whole_numbers(lab):
+    brick = lab().brick
+    brick.volume = np.int64(2)
+    assert brick.volume == 2
+    assert brick.i2c(4, np.int64(0x98)).address == 0x98
 
 
 def test_text_in_place_of_a_number_is_called_no_number(lab):
