@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-MAX_MM, MAX_DEG = 1000.0, 360.0
-"""Longest drive, unless `Assistant` has another limit, and largest turn of one call."""
+MAX_DEG = 360.0
+"""Largest turn of one call."""
 NEXT_S = 1.0
 """How long to wait for a new picture or state of the robot."""
 BEGIN_S = 10.0
@@ -58,7 +58,7 @@ class Assistant:
     status_hub: MissionStatusHub
     missions: Missions
     runs: Path
-    max_mm: float = MAX_MM
+    max_mm: float
 
     def look(self) -> bytes:
         """Return the camera's next picture as JPEG; while a mission is paused its latest one."""

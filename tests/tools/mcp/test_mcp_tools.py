@@ -40,7 +40,7 @@ def _robot(folder: Path, address: str, camera: str | None = None, mission: Path 
     robot = Robot(Address.parse(address), camera, read_mission_file(mission), status_hub, folder / "runs")
     robot.open()
     try:
-        yield Assistant(robot, status_hub, Missions(folder), folder / "runs")
+        yield Assistant(robot, status_hub, Missions(folder), folder / "runs", max_mm=1000.0)
     finally:
         robot.close()
 
