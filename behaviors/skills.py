@@ -15,23 +15,12 @@ from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Pose, Sighting, Vision
 from behaviors.wiring import WiringCheck
 
-
-@dataclass(frozen=True, slots=True)
-class SkillTuning:
-    """Tuning constants of the steering of all approaches.
-
-    Attributes:
-        steer_per_s: Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging.
-        steer_limit_deg_s: Fastest turn while approaching; faster blurs the picture.
-        sharp_deg: At this bearing an approach only turns; straight ahead it drives at full cruise.
-    """
-
-    steer_per_s: float = 1.6
-    steer_limit_deg_s: float = 60.0
-    sharp_deg: float = 20.0
-
-
-TUNING = SkillTuning()
+STEER_PER_S = 1.6
+"""Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging."""
+STEER_LIMIT_DEG_S = 60.0
+"""Fastest turn while approaching; faster blurs the picture."""
+SHARP_DEG = 20.0
+"""At this bearing an approach only turns; straight ahead it drives at full cruise."""
 
 
 class TimeUp(Exception):
@@ -108,9 +97,7 @@ class Skill(Protocol):
         ...
 
 
-def steering_deg_s(
-    bearing_deg: float, per_s: float = TUNING.steer_per_s, limit_deg_s: float = TUNING.steer_limit_deg_s
-) -> float:
+def steering_deg_s(bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S) -> float:
     """Return the turn rate towards a bearing, deg/s: proportional up to a limit, positive right."""
     return max(-limit_deg_s, min(limit_deg_s, per_s * bearing_deg))
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from statistics import NormalDist
@@ -25,67 +25,55 @@ from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
-
-@dataclass(frozen=True, slots=True)
-class WiringTuning:
-    """Tuning constants of the check.
-
-    Attributes:
-        described: Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess.
-        wrong: The mission is wrong once the chance that it is right is this low.
-        right: It is right, and the check is over, once the chance that it is wrong is this low.
-        turned_deg: Two sightings are compared once the robot has turned this far between them, or driven `approached`.
-        approached: Share of the distance to the target that the robot drives between two sightings that are compared.
-        rolled_mm: Two echoes are compared once a wheel turned this far between them.
-        within_s: Both are compared within this time: later something may have moved.
-        bearing_deg: Standard deviation of the bearing of a robot that does not turn.
-        of_turn: Share of a turn that is added to it, since field of view and track may be wrong.
-        of_distance: Standard deviation of a distance by size, as a share.
-        echo_mm: Standard deviation of the difference of two echoes.
-        straight_deg: After a turn of more than this the next echo may be of anything.
-        any_mm: Span of the ranges of such an echo.
-        late: Chance that a frame or an echo is older than its time, or that the robot did not move.
-        stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
-        older: Chance, for each age in `AGES` but 0, that frames are older than the mission says by it.
-        slips: Chance that a wheel slips.
-        changes: Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there
-            are about two pairs per second, and a slip lasts for a minute or so.
-    """
-
-    described: float = 0.98
-    wrong: float = 1e-4
-    right: float = 1e-6
-    turned_deg: float = 4.0
-    approached: float = 0.2
-    rolled_mm: float = 80.0
-    within_s: float = 6.0
-    bearing_deg: float = 2.0
-    of_turn: float = 0.25
-    of_distance: float = 0.1
-    echo_mm: float = 30.0
-    straight_deg: float = 5.0
-    any_mm: float = 1000.0
-    late: float = 0.3
-    stray: float = 0.1
-    older: float = 0.1
-    slips: float = 0.2
-    changes: float = 0.01
-
-
-TUNING = WiringTuning()
-
-_ECHOES, _ANYTHING = NormalDist(0.0, TUNING.echo_mm), 1.0 / TUNING.any_mm
+DESCRIBED = 0.98
+"""Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess."""
+WRONG = 1e-4
+"""The mission is wrong once the chance that it is right is this low."""
+RIGHT = 1e-6
+"""It is right, and the check is over, once the chance that it is wrong is this low."""
+TURNED_DEG = 4.0
+"""Two sightings are compared once the robot has turned this far between them, or driven `APPROACHED`."""
+APPROACHED = 0.2
+"""Share of the distance to the target that the robot drives between two sightings that are compared."""
+ROLLED_MM = 80.0
+"""Two echoes are compared once a wheel turned this far between them."""
+WITHIN_S = 6.0
+"""Both are compared within this time: later something may have moved."""
+BEARING_DEG = 2.0
+"""Standard deviation of the bearing of a robot that does not turn."""
+OF_TURN = 0.25
+"""Share of a turn that is added to it, since field of view and track may be wrong."""
+OF_DISTANCE = 0.1
+"""Standard deviation of a distance by size, as a share."""
+ECHO_MM = 30.0
+"""Standard deviation of the difference of two echoes."""
+STRAIGHT_DEG = 5.0
+"""After a turn of more than this the next echo may be of anything."""
+ANY_MM = 1000.0
+"""Span of the ranges of such an echo."""
+LATE = 0.3
+"""Chance that a frame or an echo is older than its time, or that the robot did not move."""
+STRAY = 0.1
+"""Chance of anything else: the target moved, or the other sighting was of a look-alike."""
+OLDER = 0.1
+"""Chance, for each age in `AGES` but 0, that frames are older than the mission says by it."""
+SLIP_CHANCE = 0.2
+"""Chance that a wheel slips."""
+CHANGES = 0.01
+"""Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there are about two
+pairs per second, and a slip lasts for a minute or so."""
+_ECHOES, _ANYTHING = NormalDist(0.0, ECHO_MM), 1.0 / ANY_MM
 """Distribution of the difference of two echoes of one thing, and density of that of two different things."""
 
 Slip = tuple[float, float]
 """Shares of the left and the right motor's motion that arrive on the floor."""
 
-SLIPS: dict[Slip, float] = {(1, 1): 1.0 - TUNING.slips} | dict.fromkeys(
-    ((0.5, 1), (1, 0.5), (0, 1), (1, 0)), TUNING.slips / 4
+SLIPS: dict[Slip, float] = {(1, 1): 1.0 - SLIP_CHANCE} | dict.fromkeys(
+    ((0.5, 1), (1, 0.5), (0, 1), (1, 0)), SLIP_CHANCE / 4
 )
 """How the wheels may slip, and how probable that usually is."""
 
-AGES: dict[float, float] = {0.0: 1.0 - 3 * TUNING.older} | dict.fromkeys((0.15, 0.3, 0.45), TUNING.older)
+AGES: dict[float, float] = {0.0: 1.0 - 3 * OLDER} | dict.fromkeys((0.15, 0.3, 0.45), OLDER)
 """How much older than they say frames may be, in seconds, and how probable that is."""
 
 Displacement = tuple[float, float]
@@ -156,10 +144,10 @@ class WiringCheck:
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
         self._echoes: list[_Echo] = []
-        wrong = (1.0 - TUNING.described) / (len(WIRINGS) - 1)
+        wrong = (1.0 - DESCRIBED) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
-                (slip, age_s): slips * aged * (TUNING.described if wiring == AS_DESCRIBED else wrong)
+                (slip, age_s): slips * aged * (DESCRIBED if wiring == AS_DESCRIBED else wrong)
                 for (slip, slips), (age_s, aged) in product(SLIPS.items(), AGES.items())
             }
             for wiring in WIRINGS
@@ -198,11 +186,11 @@ class WiringCheck:
         A robot that drives in circles receives the same echoes again and again; they may fit a wrong wiring's short
         ways, but not its long ones. Since these overlap, all of them together count as much as the short one.
         """
-        self._echoes = [echo for echo in self._echoes if time_s - echo.time_s <= TUNING.within_s]
+        self._echoes = [echo for echo in self._echoes if time_s - echo.time_s <= WITHIN_S]
         if self._echoes:
             last = self._echoes[-1]
             forward_mm, turned_deg = _displacement(last.pose, pose)
-            if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < TUNING.rolled_mm:
+            if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < ROLLED_MM:
                 return
             weights = dict.fromkeys(self._echoes, 1.0 / len(self._echoes))
             weights[last] += 1.0
@@ -215,10 +203,10 @@ class WiringCheck:
         last, then = self._seen or (seen, poses)
         displacements = {age_s: _displacement(then[age_s], pose) for age_s, pose in poses.items()}
         moved = any(
-            abs(turned_deg) >= TUNING.turned_deg or abs(forward_mm) >= TUNING.approached * last.distance_mm
+            abs(turned_deg) >= TURNED_DEG or abs(forward_mm) >= APPROACHED * last.distance_mm
             for forward_mm, turned_deg in displacements.values()
         )
-        unlike = last.target != seen.target or seen.time_s - last.time_s > TUNING.within_s
+        unlike = last.target != seen.target or seen.time_s - last.time_s > WITHIN_S
         if self._seen is None or unlike or moved:
             self._seen = seen, poses
         if moved and not unlike:
@@ -248,15 +236,15 @@ class WiringCheck:
                 moving = wiring.slipping(slip).true_displacement
                 likelihoods = {each: likelihood([moving(*one, track_mm) for one in each]) for each in different}
                 for age_s, each in displacements.items():
-                    now = (1.0 - TUNING.changes) * chances[slip, age_s] + TUNING.changes * usual * of_age[age_s]
+                    now = (1.0 - CHANGES) * chances[slip, age_s] + CHANGES * usual * of_age[age_s]
                     chances[slip, age_s] = now * likelihoods[each]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {how: chance / total for how, chance in chances.items()}
             for wiring, chances in self._chances.items()
         }
-        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= TUNING.right
-        if self._chance(AS_DESCRIBED) <= TUNING.wrong:
+        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= RIGHT
+        if self._chance(AS_DESCRIBED) <= WRONG:
             raise WrongWiring(self._advice())
 
     def _chance(self, wiring: Wiring) -> float:
@@ -268,12 +256,12 @@ class WiringCheck:
         place = self._camera.lens_at(start).ahead(last.distance_mm, last.bearing_deg)
         x_mm, y_mm = start.ahead(forward_mm, turned_deg / 2)
         bearing_deg, distance_mm = self._camera.lens_at(Pose(x_mm, y_mm, turned_deg)).polar_to(place)
-        spread_deg = TUNING.bearing_deg + TUNING.of_turn * abs(turned_deg)
+        spread_deg = BEARING_DEG + OF_TURN * abs(turned_deg)
 
         def density(bearing_deg: float, distance_mm: float) -> float:
             nearer = math.log(seen.distance_mm / max(distance_mm, 1.0))
             off_deg = wrapped_deg(seen.bearing_deg - bearing_deg)
-            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, TUNING.of_distance).pdf(nearer)
+            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, OF_DISTANCE).pdf(nearer)
 
         anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
@@ -300,13 +288,13 @@ def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Dis
     """
     likelihood = 1.0
     for (farther_mm, weight), (forward_mm, turned_deg) in zip(farther, displacements, strict=True):
-        moved = _ANYTHING if abs(turned_deg) > TUNING.straight_deg else _ECHOES.pdf(farther_mm + forward_mm)
+        moved = _ANYTHING if abs(turned_deg) > STRAIGHT_DEG else _ECHOES.pdf(farther_mm + forward_mm)
         likelihood *= _mixed(moved, _ECHOES.pdf(farther_mm), _ANYTHING) ** weight
     return likelihood
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
-    return (1.0 - TUNING.late - TUNING.stray) * moved + TUNING.late * late + TUNING.stray * stray
+    return (1.0 - LATE - STRAY) * moved + LATE * late + STRAY * stray
 
 
 def _displacement(last: Pose, pose: Pose) -> Displacement:

@@ -4,69 +4,50 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
-from behaviors.adaptive.arrival import TUNING as ARRIVAL
-from behaviors.adaptive.arrival import Arrival, arrive_failed
-from behaviors.adaptive.perception import TUNING as PERCEPTION
-from behaviors.adaptive.perception import Observation, Perception, blocker_without_echo
+from behaviors.adaptive.arrival import AHEAD_DEG, Arrival, arrive_failed
+from behaviors.adaptive.perception import BLOCKER_MM, Observation, Perception, blocker_without_echo
 from behaviors.adaptive.retreat import Retreat
-from behaviors.adaptive.target_memory import TUNING as TARGETS
-from behaviors.adaptive.target_memory import TargetEstimate
+from behaviors.adaptive.target_memory import JUMP_MM, TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.ports import Point, Pose, StopReason
-from behaviors.skills import TUNING as SKILLS
+from behaviors.skills import SHARP_DEG
 
-
-@dataclass(frozen=True, slots=True)
-class ApproachTuning:
-    """Tuning constants of an approach.
-
-    Attributes:
-        slow_mm: The robot slows down over this last stretch before the target.
-        slowest: Share of its speed to which it slows down there.
-        blocked_mm: A nearer echo from straight ahead comes from something that the robot would touch.
-        beside_mm: The same while the target stays in view: an echo from farther away may as well come from
-            something low beside the path, which leaves the beam as the robot comes nearer.
-        hidden_s: An obstacle that the safety stop reports hides the target if the target was not seen for longer than
-            this.
-        before_mm: Something is in front of the target when its echo is this much nearer than the picture.
-        echoes: Number of such echoes in a row that are needed.
-        progress_s: Time over which progress is measured.
-        progress_mm: A robot that is commanded to drive and gets no farther than this in `progress_s` is stuck.
-        kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.
-        slipped_mm: The wheels slip if they have driven farther than this in `progress_s` and the picture has come
-            closer by less than `closer_mm`.
-        closer_mm: See `slipped_mm`.
-        straight: Progress is not measured while it turns so sharply that it drives slower than this share of its speed.
-        map_ends_mm: Nearer to the target than this the camera counts, not the map.
-        stretch_mm: Farther away, the map must be free for this stretch ahead.
-        clearance_mm: Clearance that is needed beside that stretch: less than beside a planned path, since the target is
-            in view.
-        retreat_mm: The robot backs off this far from what it touched.
-    """
-
-    slow_mm: float = 250.0
-    slowest: float = 0.5
-    blocked_mm: float = 600.0
-    beside_mm: float = 380.0
-    hidden_s: float = 0.3
-    before_mm: float = 250.0
-    echoes: int = 2
-    progress_s: float = 4.0
-    progress_mm: float = 120.0
-    kept_s: float = 0.5
-    slipped_mm: float = 360.0
-    closer_mm: float = 60.0
-    straight: float = 0.5
-    map_ends_mm: float = 750.0
-    stretch_mm: float = 450.0
-    clearance_mm: float = 20.0
-    retreat_mm: float = 80.0
-
-
-TUNING = ApproachTuning()
+SLOW_MM = 250.0
+"""The robot slows down over this last stretch before the target."""
+SLOWEST = 0.5
+"""Share of its speed to which it slows down there."""
+BLOCKED_MM = 600.0
+"""A nearer echo from straight ahead comes from something that the robot would touch."""
+BESIDE_MM = 380.0
+"""The same while the target stays in view: an echo from farther away may as well come from something low beside the
+path, which leaves the beam as the robot comes nearer."""
+HIDDEN_S = 0.3
+"""An obstacle that the safety stop reports hides the target if the target was not seen for longer than this."""
+BEFORE_MM = 250.0
+"""Something is in front of the target when its echo is this much nearer than the picture."""
+ECHOES = 2
+"""Number of such echoes in a row that are needed."""
+PROGRESS_S = 4.0
+"""Time over which progress is measured."""
+PROGRESS_MM = 120.0
+"""A robot that is commanded to drive and gets no farther than this in `PROGRESS_S` is stuck."""
+KEPT_S = 0.5
+"""Poses are kept this much longer than `PROGRESS_S`, so that one of them is old enough."""
+SLIPPED_MM, CLOSER_MM = 360.0, 60.0
+"""The wheels slip if they have driven farther than the one in `PROGRESS_S` and the picture has come closer by less than
+the other."""
+STRAIGHT = 0.5
+"""Progress is not measured while it turns so sharply that it drives slower than this share of its speed."""
+MAP_ENDS_MM = 750.0
+"""Nearer to the target than this the camera counts, not the map."""
+STRETCH_MM = 450.0
+"""Farther away, the map must be free for this stretch ahead."""
+CLEARANCE_MM = 20.0
+"""Clearance that is needed beside that stretch: less than beside a planned path, since the target is in view."""
+RETREAT_MM = 80.0
+"""The robot backs off this far from what it touched."""
 
 
 class ApproachSkill:
@@ -113,7 +94,7 @@ class ApproachSkill:
         if known is None:
             return arrive_failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
         bearing_deg, distance_mm = perception.world.sight_to(known.place)
-        if self._aim is not None and math.dist(self._aim, known.place) > TARGETS.jump_mm:
+        if self._aim is not None and math.dist(self._aim, known.place) > JUMP_MM:
             self._arrival = Arrival(perception, stands=self._arrival.stands)  # it is something else from now on
         self._aim = known.place
         if observation.sighting is not None:
@@ -133,12 +114,12 @@ class ApproachSkill:
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         hides = unseen_s > perception.lost_after_s / 2
-        near_mm = min(TUNING.blocked_mm if hides else TUNING.beside_mm, distance_mm - TUNING.before_mm)
+        near_mm = min(BLOCKED_MM if hides else BESIDE_MM, distance_mm - BEFORE_MM)
         before_mm = _echo_within(near_mm, observation, bearing_deg)
         self._blocked_echoes = 0 if before_mm is None else self._blocked_echoes + 1
-        if self._blocked_echoes >= TUNING.echoes and distance_mm > self._arrival.near_mm:
+        if self._blocked_echoes >= ECHOES and distance_mm > self._arrival.near_mm:
             return self._blocked(observation, hides=hides)
-        if self._trusts_map and distance_mm > TUNING.map_ends_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
+        if self._trusts_map and distance_mm > MAP_ENDS_MM and abs(bearing_deg) <= AHEAD_DEG:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
                 measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
@@ -152,7 +133,7 @@ class ApproachSkill:
 
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
         """Report a target out of view: something hides it, it moved, or it is seen from too far to the side here."""
-        range_mm = _echo_within(distance_mm - TUNING.before_mm, observation, bearing_deg)
+        range_mm = _echo_within(distance_mm - BEFORE_MM, observation, bearing_deg)
         if range_mm is not None:
             return arrive_failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
         turned_away = self._perception.world.targets.slant.was_oblique(self._perception.target)
@@ -165,16 +146,16 @@ class ApproachSkill:
         Objects beside the beam may give no echo now.
         """
         world = self._perception.world
-        share = min(1.0, TUNING.stretch_mm / distance_mm)
+        share = min(1.0, STRETCH_MM / distance_mm)
         x_mm, y_mm = world.here
         end = x_mm + share * (known.place[0] - x_mm), y_mm + share * (known.place[1] - y_mm)
-        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=TUNING.clearance_mm)
+        blocked_mm = world.floor.blocked_after_mm(world.here, end, clearance_mm=CLEARANCE_MM)
         return None if blocked_mm is None else max(0.0, blocked_mm - world.floor.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
-        range_mm = PERCEPTION.blocker_mm if observation.range_mm is None else observation.range_mm
+        range_mm = BLOCKER_MM if observation.range_mm is None else observation.range_mm
         sudden = world.echoes.appeared(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return arrive_failed(reason, observation, blocker, hides=hides, sudden=sudden)
@@ -182,21 +163,17 @@ class ApproachSkill:
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""
         pose = self._perception.world.pose
-        while self._driven and self._driven[0][0] < observation.time_s - TUNING.progress_s - TUNING.kept_s:
+        while self._driven and self._driven[0][0] < observation.time_s - PROGRESS_S - KEPT_S:
             self._driven.popleft()
-        if not self._driven or self._driven[0][0] > observation.time_s - TUNING.progress_s:
+        if not self._driven or self._driven[0][0] > observation.time_s - PROGRESS_S:
             return None
         _, then, then_mm = self._driven[0]
         moved_mm = then.distance_mm_to(pose)
-        if moved_mm < TUNING.progress_mm:
+        if moved_mm < PROGRESS_MM:
             return arrive_failed(
                 Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm), moved_mm=moved_mm
             )
-        if (
-            observation.sighting is not None
-            and moved_mm > TUNING.slipped_mm
-            and then_mm - known.distance_mm < TUNING.closer_mm
-        ):
+        if observation.sighting is not None and moved_mm > SLIPPED_MM and then_mm - known.distance_mm < CLOSER_MM:
             return arrive_failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
 
@@ -210,10 +187,10 @@ class ApproachSkill:
         if self._arrival.stands:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         self._arrival.move_off()
-        ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
-        near = min(1.0, max(TUNING.slowest, (distance_mm - self._arrival.stop_mm) / TUNING.slow_mm))
+        ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
+        near = min(1.0, max(SLOWEST, (distance_mm - self._arrival.stop_mm) / SLOW_MM))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
-        if ahead < TUNING.straight:
+        if ahead < STRAIGHT:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))
@@ -224,7 +201,7 @@ class ApproachSkill:
             return self._touched(observation)
         if stop is StopReason.STALLED:
             return arrive_failed(Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm))
-        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > TUNING.hidden_s)
+        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > HIDDEN_S)
 
     def _touched(self, observation: Observation) -> Failure:
         """Map an obstacle that was touched before a sensor detected it, and back off."""
@@ -233,7 +210,7 @@ class ApproachSkill:
         hides = self._arrival.seen is None
         blocker = blocker_without_echo(observation.range_mm, hides=hides)
         failure = arrive_failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
-        self._retreat = Retreat(perception, TUNING.retreat_mm, StopReason.CONTACT), failure
+        self._retreat = Retreat(perception, RETREAT_MM, StopReason.CONTACT), failure
         return self._back_off(*self._retreat)
 
     def _back_off(self, retreat: Retreat, failure: Failure) -> Failure:
@@ -244,7 +221,7 @@ class ApproachSkill:
     def _verify_at_rest(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Stand near enough and look until it is clear whether this is the target."""
         perception = self._perception
-        if abs(bearing_deg) > ARRIVAL.ahead_deg:
+        if abs(bearing_deg) > AHEAD_DEG:
             perception.drive(0.0, perception.steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
@@ -259,6 +236,6 @@ class ApproachSkill:
 
 def _echo_within(near_mm: float, observation: Observation, bearing_deg: float) -> float | None:
     """Return the echo if it comes from no farther than this and the target is straight ahead, else None."""
-    if observation.range_mm is None or abs(bearing_deg) > ARRIVAL.ahead_deg:
+    if observation.range_mm is None or abs(bearing_deg) > AHEAD_DEG:
         return None
     return observation.range_mm if observation.range_mm <= near_mm else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from behaviors.adaptive.bounded_sighting import BEAM_DEG
 from behaviors.adaptive.perception import Observation, Perception
@@ -15,36 +15,24 @@ from behaviors.plausibility import contradicts, passes_over
 from behaviors.ports import Sighting
 from behaviors.skills import sighted
 
-
-@dataclass(frozen=True, slots=True)
-class ArrivalTuning:
-    """Tuning constants of an arrival.
-
-    Attributes:
-        in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
-        ahead_deg: A target within this bearing is straight ahead, in the sonar's beam.
-        decide_s: The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after
-            twice this time it gives up.
-        contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
-            something that passes behind.
-        size_share: Where the echo comes from farther away, a distance by size of this share of what it should be
-            is accepted.
-        hysteresis: Once the robot stands, a target this many times farther away is still near enough.
-        checks: An arrival is accepted after this many frames and measurements of the sonar at rest.
-        echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
-    """
-
-    in_view_share: float = 0.9
-    ahead_deg: float = BEAM_DEG
-    decide_s: float = 5.0
-    contradictions: int = 4
-    size_share: float = 0.75
-    hysteresis: float = 1.04
-    checks: int = 3
-    echo_s: float = 1.0
-
-
-TUNING = ArrivalTuning()
+IN_VIEW_SHARE = 0.9
+"""Within this share of the reliable view, and of the detector's range, a target should be found."""
+AHEAD_DEG = BEAM_DEG
+"""A target within this bearing is straight ahead, in the sonar's beam."""
+DECIDE_S = 5.0
+"""The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after twice this time it
+gives up."""
+CONTRADICTIONS = 4
+"""Echoes in a row that contradict the apparent distance before an arrival fails; one may be of something that passes
+behind."""
+SIZE_SHARE = 0.75
+"""Where the echo comes from farther away, a distance by size of this share of what it should be is accepted."""
+HYSTERESIS = 1.04
+"""Once the robot stands, a target this many times farther away is still near enough."""
+CHECKS = 3
+"""An arrival is accepted after this many frames and measurements of the sonar at rest."""
+ECHO_S = 1.0
+"""Without an echo in a frame, the last one counts for this time; single echoes drop out."""
 
 
 class Arrival:
@@ -86,13 +74,13 @@ class Arrival:
         target, arrive_mm = self._perception.target, self._perception.parameters.arrive_mm
         fills_mm = arrive_mm if self._low else min(arrive_mm, self._targets.fills_mm(target))
         assured_mm = max(fills_mm, self._targets.scale.assured_mm(target, arrive_mm, confirmed=self._confirmed))
-        return TUNING.hysteresis * assured_mm if self.stands else assured_mm
+        return HYSTERESIS * assured_mm if self.stands else assured_mm
 
     @property
     def stop_mm(self) -> float:
         """Distance at which the robot stops: while the target is in doubt, where the frame shows all of it."""
         whole_mm = 0.0 if self._sure else self._targets.whole_mm(self._perception.target)
-        return max(self.near_mm, TUNING.hysteresis * whole_mm if self.stands else whole_mm)
+        return max(self.near_mm, HYSTERESIS * whole_mm if self.stands else whole_mm)
 
     def move_off(self) -> None:
         """Note that the robot drives on, and no longer stands in front of it."""
@@ -118,9 +106,8 @@ class Arrival:
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
         """Return whether the target's place is well within the camera's view and the detector's range."""
         return (
-            abs(bearing_deg - self._perception.world.camera.yaw_deg)
-            <= TUNING.in_view_share * self._targets.half_view_deg
-            and distance_mm <= TUNING.in_view_share * self._targets.found_within_mm(self._perception.target)
+            abs(bearing_deg - self._perception.world.camera.yaw_deg) <= IN_VIEW_SHARE * self._targets.half_view_deg
+            and distance_mm <= IN_VIEW_SHARE * self._targets.found_within_mm(self._perception.target)
             and not self._too_near
         )
 
@@ -146,11 +133,11 @@ class Arrival:
     def _decide(self, observation: Observation, sighting: Sighting, echo_mm: float | None) -> Fact | None:
         """Return a fact about a target that is near enough; None while it is still being looked at."""
         real = self._sure and self._verifier.verdict is Verdict.REAL
-        if not real and not (self._stood_for(observation, TUNING.decide_s) and self._verifier.odds > 0):
+        if not real and not (self._stood_for(observation, DECIDE_S) and self._verifier.odds > 0):
             return None
         if not self._sure:
             return self._uncertain(observation)
-        if self.rested < TUNING.checks:
+        if self.rested < CHECKS:
             return None
         if self._contradicted(sighting, echo_mm):
             return self._mismatch(sighting, echo_mm)
@@ -165,8 +152,8 @@ class Arrival:
         """Note that the robot stands in front of it; give up after a long time, or without new evidence."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        learns_nothing = self._too_near and not self._sure and self.rested >= TUNING.checks
-        gives_up = learns_nothing or self._stood_for(observation, 2 * TUNING.decide_s)
+        learns_nothing = self._too_near and not self._sure and self.rested >= CHECKS
+        gives_up = learns_nothing or self._stood_for(observation, 2 * DECIDE_S)
         return self._mistaken(observation) if gives_up else None
 
     def _stood_for(self, observation: Observation, time_s: float) -> bool:
@@ -182,7 +169,7 @@ class Arrival:
         if echo_mm is None or self._contradicted(sighting, echo_mm):
             return sighting.distance_mm
         echo_ahead_mm = echo_mm + self._targets.scale.sonar_ahead_mm
-        return max(sighting.distance_mm, min(echo_ahead_mm, sighting.distance_mm / TUNING.size_share))
+        return max(sighting.distance_mm, min(echo_ahead_mm, sighting.distance_mm / SIZE_SHARE))
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
         """Return whether the sonar contradicts the target's size; once it has, an echo that agrees is needed."""
@@ -197,7 +184,7 @@ class Arrival:
 
     def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
-        if self._echo is None or now_s - self._echo[0] > TUNING.echo_s or abs(sighting.bearing_deg) > TUNING.ahead_deg:
+        if self._echo is None or now_s - self._echo[0] > ECHO_S or abs(sighting.bearing_deg) > AHEAD_DEG:
             return None
         behind = self._passes_over(sighting) or self._targets.beyond(sighting, self._echo[1])
         return None if behind else self._echo[1]
@@ -211,7 +198,7 @@ class Arrival:
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
         """Measure again at rest before the arrival fails: the object there has another size than the target."""
         self._contradictions += 1
-        if self._contradictions < TUNING.contradictions:
+        if self._contradictions < CONTRADICTIONS:
             return None
         measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
         return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)

@@ -9,25 +9,14 @@ from dataclasses import dataclass
 from behaviors.events import Reason
 from behaviors.ports import Point
 
-
-@dataclass(frozen=True, slots=True)
-class AttemptTuning:
-    """Tuning constants: which attempts count as the same.
-
-    Attributes:
-        same_place_mm: Attempts and choices no farther apart than this are made at one place.
-        same_aim_mm: A target farther than this from its earlier estimate is approached as a new one.
-        beside_mm: An approach that passes a place where one failed, at less than this distance, would fail there too.
-        remembered_s: After this time an approach that failed may be tried again: things move.
-    """
-
-    same_place_mm: float = 250.0
-    same_aim_mm: float = 450.0
-    beside_mm: float = 260.0
-    remembered_s: float = 90.0
-
-
-TUNING = AttemptTuning()
+SAME_PLACE_MM = 250.0
+"""Attempts and choices no farther apart than this are made at one place."""
+SAME_AIM_MM = 450.0
+"""A target farther than this from its earlier estimate is approached as a new one."""
+BESIDE_MM = 260.0
+"""An approach that passes a place where one failed, at less than this distance, would fail there too."""
+REMEMBERED_S = 90.0
+"""After this time an approach that failed may be tried again: things move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +95,9 @@ class Attempts:
     def new_approach(self, target: str, start: Point, aim: Point, now_s: float) -> bool:
         """Return whether the straight path to a target leads clear of the places where approaches failed lately."""
         return all(
-            _distance_mm(each.place, start, aim) >= TUNING.beside_mm
+            _distance_mm(each.place, start, aim) >= BESIDE_MM
             for each in self._approaches
-            if each.target == target
-            and now_s - each.time_s <= TUNING.remembered_s
-            and math.dist(each.aim, aim) <= TUNING.same_aim_mm
+            if each.target == target and now_s - each.time_s <= REMEMBERED_S and math.dist(each.aim, aim) <= SAME_AIM_MM
         )
 
 
@@ -121,7 +108,7 @@ def _alike(one: _FailedAttempt, other: _FailedAttempt) -> bool:
 
 
 def _same_place(one: Point, other: Point) -> bool:
-    return math.dist(one, other) <= TUNING.same_place_mm
+    return math.dist(one, other) <= SAME_PLACE_MM
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:

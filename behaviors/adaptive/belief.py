@@ -16,14 +16,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.belief_tuning import TUNING
+from behaviors.adaptive import belief_tuning as tuning
 from behaviors.adaptive.grid_cells import CELL_MM
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import FREE, HINT, KNOWN
 from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
 
-_FACING_DEG = np.arange(TUNING.facings) * 360.0 / TUNING.facings
+_FACING_DEG = np.arange(tuning.FACINGS) * 360.0 / tuning.FACINGS
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 @lru_cache(maxsize=1)  # the map has one size at a time
 def _places(reach_mm: float) -> tuple[Array, Array]:
     """Return the places up to this far from the start along each axis: forward of it, and to the right, (places,)."""
-    axis_mm = np.arange(-reach_mm, reach_mm + 1, TUNING.spacing_mm)
+    axis_mm = np.arange(-reach_mm, reach_mm + 1, tuning.SPACING_MM)
     x_mm, y_mm = np.meshgrid(axis_mm, axis_mm, indexing="ij")
     return x_mm.ravel(), y_mm.ravel()
 
@@ -41,11 +41,11 @@ def likely_places(floor: OccupancyGrid) -> Array:
 
     Targets stand on floor, so a place is less likely the farther it is from all floor that is known to be free.
     """
-    x_mm, y_mm = _places(floor.cells.reach_mm - TUNING.edge_mm)
+    x_mm, y_mm = _places(floor.cells.reach_mm - tuning.EDGE_MM)
     i, j = floor.cells.index(x_mm), floor.cells.index(y_mm)
-    free = floor.log_odds < -GRID.free
-    steps = range(-TUNING.free_cells, TUNING.free_cells + 1, TUNING.free_cells)
-    known = np.hypot(x_mm, y_mm) < TUNING.spacing_mm / 2  # it stands there
+    free = floor.log_odds < -FREE
+    steps = range(-tuning.FREE_CELLS, tuning.FREE_CELLS + 1, tuning.FREE_CELLS)
+    known = np.hypot(x_mm, y_mm) < tuning.SPACING_MM / 2  # it stands there
     for a, b in product(steps, steps):
         known |= free[i + a, j + b]
     # first along each row, then over all rows: all pairs of places would be too many
@@ -53,7 +53,7 @@ def likely_places(floor: OccupancyGrid) -> Array:
     squares = (axis_mm[:, None] - axis_mm) ** 2
     in_row = (np.where(known, 0.0, np.inf).reshape(squares.shape)[:, None, :] + squares).min(axis=2)
     nearest = (squares[:, :, None] + in_row).min(axis=1).ravel()
-    return np.asarray(np.exp(-nearest / TUNING.likely_mm**2 / 2))
+    return np.asarray(np.exp(-nearest / tuning.LIKELY_MM**2 / 2))
 
 
 def _framed(values: Array, places: int, value: float) -> Array:
@@ -97,7 +97,7 @@ def _seen_from(
 
 def _found_at(slant_deg: Array) -> Array:
     """Return the share of looks that find a picture seen at this slant."""
-    return np.asarray(1.0 / (1.0 + np.exp((slant_deg - TUNING.half_slant_deg) / TUNING.slant_width_deg)))
+    return np.asarray(1.0 / (1.0 + np.exp((slant_deg - tuning.HALF_SLANT_DEG) / tuning.SLANT_WIDTH_DEG)))
 
 
 def _along(sight: Array, distance_mm: Array, bearing_deg: Array) -> Array:
@@ -138,9 +138,9 @@ class Belief:
     def __init__(self, range_mm: float, half_view_deg: float, likely: Array) -> None:
         self._range_mm = range_mm
         # beyond the second stretch no frame finds it, also from the other side of the stand
-        self._far_mm = max(TUNING.frontier_mm, TUNING.blind_share * range_mm + 2 * TUNING.viewpoint_mm)
+        self._far_mm = max(tuning.FRONTIER_MM, tuning.BLIND_SHARE * range_mm + 2 * tuning.VIEWPOINT_MM)
         self._half_view_deg = half_view_deg
-        self._learned = np.ones((len(likely), TUNING.facings))  # what was learned, as a factor on how likely it was
+        self._learned = np.ones((len(likely), tuning.FACINGS))  # what was learned, as a factor on how likely it was
         self._unlearned = 1.0  # this factor where nothing was learned
         self._viewpoint: _Viewpoint | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
@@ -162,7 +162,7 @@ class Belief:
 
     def _use(self, likely: Array) -> None:
         self._likely = likely
-        self.reach_mm = (math.isqrt(len(likely)) - 1) / 2 * TUNING.spacing_mm
+        self.reach_mm = (math.isqrt(len(likely)) - 1) / 2 * tuning.SPACING_MM
         self._x, self._y = _places(self.reach_mm)
         self._normalise()
 
@@ -183,13 +183,13 @@ class Belief:
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
-        if self._viewpoint is None or math.dist(self._viewpoint.at, view.at) > TUNING.viewpoint_mm:
+        if self._viewpoint is None or math.dist(self._viewpoint.at, view.at) > tuning.VIEWPOINT_MM:
             self._viewpoint = _Viewpoint(view.at, np.ones(len(self._x)), np.ones_like(self._learned))
         viewpoint = self._viewpoint
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
         viewpoint.missed[view.near[inside]] *= (1.0 - view.each[inside]) ** frames
-        left = 1.0 - view.possible * np.minimum(TUNING.sure, 1.0 - viewpoint.missed[view.near])[:, None]
+        left = 1.0 - view.possible * np.minimum(tuning.SURE, 1.0 - viewpoint.missed[view.near])[:, None]
         self._learned[view.near] *= left / viewpoint.left[view.near]
         viewpoint.left[view.near] = left
         self._normalise()
@@ -200,19 +200,19 @@ class Belief:
         if near.any():  # odometry may have drifted beyond the places that are considered
             back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
             off_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
-            likely = np.where(off_deg <= TUNING.steepest_deg, 1.0, 0.0)
+            likely = np.where(off_deg <= tuning.STEEPEST_DEG, 1.0, 0.0)
             if slant_deg is not None:
-                likely = likely * np.exp(-(((off_deg - slant_deg) / TUNING.slant_sd_deg) ** 2) / 2)
-            likely = likely * (self._facings_at(near) + TUNING.turned)
-            self._unlearned *= 1.0 - TUNING.trust
-            self._learned *= 1.0 - TUNING.trust
-            held = TUNING.trust * (likely / likely.sum())[None, :] / int(near.sum())
+                likely = likely * np.exp(-(((off_deg - slant_deg) / tuning.SLANT_SD_DEG) ** 2) / 2)
+            likely = likely * (self._facings_at(near) + tuning.TURNED)
+            self._unlearned *= 1.0 - tuning.TRUST
+            self._learned *= 1.0 - tuning.TRUST
+            held = tuning.TRUST * (likely / likely.sum())[None, :] / int(near.sum())
             self._learned[near] += held / self._likely[near][:, None]
         self._viewpoint = None  # a target in view is not hidden: missing it from now on is new evidence
 
     def _near(self, place: Point) -> NDArray[np.bool_]:
         """Return which places of the grid are at a place."""
-        return np.asarray(np.hypot(self._x - place[0], self._y - place[1]) <= TUNING.spike_mm)
+        return np.asarray(np.hypot(self._x - place[0], self._y - place[1]) <= tuning.SPIKE_MM)
 
     def _facings_at(self, near: NDArray[np.bool_]) -> Array:
         """Return which way it faces if it is at one of these places, as a probability for each facing."""
@@ -228,12 +228,12 @@ class Belief:
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
-        self._learned[self._near(place)] *= TUNING.refuted
+        self._learned[self._near(place)] *= tuning.REFUTED
         self._normalise()
 
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
-        self._return_to_prior(TUNING.scatters)
+        self._return_to_prior(tuning.SCATTERS)
         self._viewpoint = None
 
     def held_at(self, place: Point) -> float:
@@ -242,14 +242,14 @@ class Belief:
 
     def decay(self, passed_s: float) -> None:
         """Let the belief decay towards the prior."""
-        share = 1.0 - math.exp(-passed_s / TUNING.decay_s)
+        share = 1.0 - math.exp(-passed_s / tuning.DECAY_S)
         self._return_to_prior(share)
         if self._viewpoint is not None:  # and belief that has come back may be looked for again
             self._viewpoint.missed = (1.0 - share) * self._viewpoint.missed + share
             self._viewpoint.left = (1.0 - share) * self._viewpoint.left + share
 
     def _return_to_prior(self, share: float) -> None:
-        prior = share / (TUNING.facings * float(self._likely.sum()))
+        prior = share / (tuning.FACINGS * float(self._likely.sum()))
         self._learned = (1.0 - share) * self._learned + prior
         self._unlearned = (1.0 - share) * self._unlearned + prior
 
@@ -270,12 +270,12 @@ class Belief:
         """
         plausible = self._plausible(floor)
         mass = self._mass().sum(axis=1) * plausible
-        unknown, total = plausible == TUNING.unknown, mass.sum()
+        unknown, total = plausible == tuning.UNKNOWN, mass.sum()
         chances = []
         for x_mm, y_mm in viewpoints:
             near, distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
-            free = _along(floor.visibility(x_mm, y_mm, TUNING.frontier_mm, TUNING.frontier_mm), distance, bearing_deg)
-            beyond = unknown[near] & (distance <= TUNING.frontier_mm)
+            free = _along(floor.visibility(x_mm, y_mm, tuning.FRONTIER_MM, tuning.FRONTIER_MM), distance, bearing_deg)
+            beyond = unknown[near] & (distance <= tuning.FRONTIER_MM)
             chances.append(float((mass[near] * free)[beyond].sum() / total))
         return chances
 
@@ -292,27 +292,27 @@ class Belief:
         gain = self._gain((x_mm, y_mm), floor, plausible) / plausible.sum()
         bearing_deg = np.degrees(np.arctan2(self._y - y_mm, self._x - x_mm)) % 360.0
         bins = np.bincount(
-            (bearing_deg / TUNING.arc_step_deg).astype(np.int64) % TUNING.arc_bins,
+            (bearing_deg / tuning.ARC_STEP_DEG).astype(np.int64) % tuning.ARC_BINS,
             weights=gain,
-            minlength=TUNING.arc_bins,
+            minlength=tuning.ARC_BINS,
         )
         if bins.sum() <= 0:
             return 0.0, 360.0
         sums = np.concatenate([[0.0], np.cumsum(np.concatenate([bins, bins]))])
-        widths = np.arange(1, TUNING.arc_bins + 1)
-        held = np.stack([sums[width : width + TUNING.arc_bins] - sums[: TUNING.arc_bins] for width in widths])
-        gain_per_s = held / (TUNING.overhead_s + widths * TUNING.arc_step_deg / turn_deg_s)[:, None]
+        widths = np.arange(1, tuning.ARC_BINS + 1)
+        held = np.stack([sums[width : width + tuning.ARC_BINS] - sums[: tuning.ARC_BINS] for width in widths])
+        gain_per_s = held / (tuning.OVERHEAD_S + widths * tuning.ARC_STEP_DEG / turn_deg_s)[:, None]
         best, first = np.unravel_index(int(np.argmax(gain_per_s)), gain_per_s.shape)
-        return float(first * TUNING.arc_step_deg), float((first + widths[best]) * TUNING.arc_step_deg)
+        return float(first * tuning.ARC_STEP_DEG), float((first + widths[best]) * tuning.ARC_STEP_DEG)
 
     def _gain(self, at: Point, floor: OccupancyGrid, plausible: Array) -> Array:
         """Return how much of the plausible mass at each place a scan from here would find, (places,)."""
         view = self._view(*at, floor)
-        missed = (1.0 - view.each) ** TUNING.round_frames
+        missed = (1.0 - view.each) ** tuning.ROUND_FRAMES
         left: Array | float = 1.0
-        if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= TUNING.viewpoint_mm:
+        if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= tuning.VIEWPOINT_MM:
             missed, left = self._viewpoint.missed[view.near] * missed, self._viewpoint.left[view.near]
-        found = 1.0 - (1.0 - view.possible * np.minimum(TUNING.sure, 1.0 - missed)[:, None]) / left
+        found = 1.0 - (1.0 - view.possible * np.minimum(tuning.SURE, 1.0 - missed)[:, None]) / left
         gain = np.zeros(len(self._x))
         gain[view.near] = (plausible[view.near] * np.maximum(0.0, found)).sum(axis=1)
         return gain
@@ -326,22 +326,22 @@ class Belief:
         near, distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
         share = distance / self._range_mm
         each = np.interp(
-            share, [0.0, TUNING.sure_share, TUNING.poor_share, TUNING.blind_share], [1.0, 1.0, TUNING.poor, 0.0]
+            share, [0.0, tuning.SURE_SHARE, tuning.POOR_SHARE, tuning.BLIND_SHARE], [1.0, 1.0, tuning.POOR, 0.0]
         )
         # the place itself is as large as the grid's spacing, and the picture echoes
-        sight = _along(floor.visibility(x_mm, y_mm, self._range_mm), distance - TUNING.spacing_mm, bearing_deg)
+        sight = _along(floor.visibility(x_mm, y_mm, self._range_mm), distance - tuning.SPACING_MM, bearing_deg)
         return _View((x_mm, y_mm), near, by_slant * sight[:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
         """Return how plausible a picture is at each place, as far as the map shows, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.log_odds):
-            half = int(TUNING.spacing_mm / CELL_MM / 2)
+            half = int(tuning.SPACING_MM / CELL_MM / 2)
             i, j = floor.cells.index(self._x), floor.cells.index(self._y)
             around = [(a, b) for a in range(-half, half + 1) for b in range(-half, half + 1)]
             patches = np.stack([floor.log_odds[i + a, j + b] for a, b in around])
-            free = (patches < -GRID.hint).mean(axis=0) > TUNING.empty_share
-            marked = (patches > GRID.hint).any(axis=0)
-            unknown = (np.abs(patches) < GRID.known).mean(axis=0) > TUNING.unknown_share
-            plausible = np.where(free & ~marked, TUNING.empty, np.where(unknown, TUNING.unknown, 1.0))
+            free = (patches < -HINT).mean(axis=0) > tuning.EMPTY_SHARE
+            marked = (patches > HINT).any(axis=0)
+            unknown = (np.abs(patches) < KNOWN).mean(axis=0) > tuning.UNKNOWN_SHARE
+            plausible = np.where(free & ~marked, tuning.EMPTY, np.where(unknown, tuning.UNKNOWN, 1.0))
             self._plausible_on = (floor.log_odds.copy(), plausible)
         return self._plausible_on[1]

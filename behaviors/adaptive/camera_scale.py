@@ -17,63 +17,51 @@ from dataclasses import dataclass, replace
 
 from behaviors.ports import Pose, Sighting
 
-
-@dataclass(frozen=True, slots=True)
-class ScaleTuning:
-    """Tuning constants of the estimate.
-
-    Attributes:
-        prior_sd: Standard deviation of the factor before anything was measured: a webcam's field of view by its data
-            sheet may be wrong by this.
-        guess_sd: The same of a target whose height is guessed.
-        floor_sd: The same, as a share, if its lower edge is in view: it may stand on something, and the camera's height
-            and tilt are measured by ruler.
-        target_sd: Targets differ by this: their heights are measured by ruler.
-        least_sd: The factor is never known better.
-        growth_sd: Error of the wheels' distance: diameters are measured by ruler.
-        size_sd: Noise of one distance by size, as a share.
-        echo_mm: Noise of an echo.
-        offset_mm: Standard deviation of the offset between the target and the source of the echo.
-        gate: An echo that is more standard deviations away than this is of something else than the last one.
-        ahead_deg: A target within this bearing is straight ahead.
-        nearest_echo_mm: Minimum distance by size at which a target is compared with echoes.
-        farthest_echo_mm: Maximum distance by size at which it is compared with them.
-        apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
-        least_nearer: The source of an echo is straight ahead if it comes nearer by at least this share of the distance
-            driven.
-        most_nearer: The source is straight ahead if it comes nearer by at most this share.
-        stretch_mm: Least length of a stretch over which the growth of a picture is measured.
-        longest_mm: Maximum length of such a stretch, since wheels slip.
-        straight_deg: The robot turns no more than this on such a stretch.
-        unconfirmed_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
-            up to 8 %, and so is a factor learned by driving.
-        sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
-    """
-
-    prior_sd: float = 0.15
-    guess_sd: float = 1.0
-    floor_sd: float = 0.3
-    target_sd: float = 0.05
-    least_sd: float = 0.03
-    growth_sd: float = 0.06
-    size_sd: float = 0.02
-    echo_mm: float = 30.0
-    offset_mm: float = 250.0
-    gate: float = 3.0
-    ahead_deg: float = 6.0
-    nearest_echo_mm: float = 250.0
-    farthest_echo_mm: float = 1000.0
-    apart_mm: float = 60.0
-    least_nearer: float = 0.5
-    most_nearer: float = 1.6
-    stretch_mm: float = 250.0
-    longest_mm: float = 800.0
-    straight_deg: float = 15.0
-    unconfirmed_sd: float = 0.09
-    sure: float = 1.1
-
-
-TUNING = ScaleTuning()
+PRIOR_SD = 0.15
+"""Standard deviation of the factor before anything was measured: a webcam's field of view by its data sheet may be
+wrong by this."""
+GUESS_SD = 1.0
+"""The same of a target whose height is guessed."""
+FLOOR_SD = 0.3
+"""The same, as a share, if its lower edge is in view: it may stand on something, and the camera's height and tilt are
+measured by ruler."""
+TARGET_SD = 0.05
+"""Targets differ by this: their heights are measured by ruler."""
+LEAST_SD = 0.03
+"""The factor is never known better."""
+GROWTH_SD = 0.06
+"""Error of the wheels' distance: diameters are measured by ruler."""
+SIZE_SD = 0.02
+"""Noise of one distance by size, as a share."""
+ECHO_MM = 30.0
+"""Noise of an echo."""
+OFFSET_MM = 250.0
+"""Standard deviation of the offset between the target and the source of the echo."""
+GATE = 3.0
+"""An echo that is more standard deviations away than this is of something else than the last one."""
+AHEAD_DEG = 6.0
+"""A target within this bearing is straight ahead."""
+NEAREST_ECHO_MM = 250.0
+"""Minimum distance by size at which a target is compared with echoes."""
+FARTHEST_ECHO_MM = 1000.0
+"""Maximum distance by size at which it is compared with them."""
+APART_MM = 60.0
+"""Echoes are compared this far apart; nearer to each other they say the same."""
+LEAST_NEARER = 0.5
+"""The source of an echo is straight ahead if it comes nearer by at least this share of the distance driven."""
+MOST_NEARER = 1.6
+"""The source is straight ahead if it comes nearer by at most this share."""
+STRETCH_MM = 250.0
+"""Least length of a stretch over which the growth of a picture is measured."""
+LONGEST_MM = 800.0
+"""Maximum length of such a stretch, since wheels slip."""
+STRAIGHT_DEG = 15.0
+"""The robot turns no more than this on such a stretch."""
+UNCONFIRMED_SD = 0.09
+"""The factor is no better known than this for a stop that no echo confirms: wheels are wrong by up to 8 %, and so is a
+factor learned by driving."""
+SURE = 1.1
+"""A stop may be this much farther away than it should be, with a chance of about 2 %."""
 
 
 @dataclass(slots=True)
@@ -91,7 +79,7 @@ class _Estimate:
     factor: float
     variance: float
     offset_mm: float = 0.0
-    offset_variance: float = TUNING.offset_mm**2
+    offset_variance: float = OFFSET_MM**2
     covariance: float = 0.0
     begin: tuple[Pose, float, bool] | None = None
     last_echo: tuple[Pose, float] | None = None
@@ -110,7 +98,7 @@ class _Estimate:
     @property
     def most(self) -> float:
         """The largest factor that may be measured."""
-        return max(2.0, self.factor + TUNING.gate * math.sqrt(self.variance))
+        return max(2.0, self.factor + GATE * math.sqrt(self.variance))
 
     def rescale(self, by: float) -> None:
         """Multiply the factor by an exact number."""
@@ -118,7 +106,7 @@ class _Estimate:
 
     def forget_offset(self) -> None:
         """Take the next echo for one of something else."""
-        self.offset_mm, self.offset_variance, self.covariance = 0.0, TUNING.offset_mm**2, 0.0
+        self.offset_mm, self.offset_variance, self.covariance = 0.0, OFFSET_MM**2, 0.0
 
     def update(self, by_factor: float, by_offset: float, measured: float, variance: float) -> None:
         """Update with a measurement of `by_factor` times the factor plus `by_offset` times the offset."""
@@ -126,13 +114,13 @@ class _Estimate:
         to_offset = self.covariance * by_factor + self.offset_variance * by_offset
         total = by_factor * to_factor + by_offset * to_offset + variance
         surprise = measured - by_factor * self.factor - by_offset * self.offset_mm
-        if abs(surprise) > TUNING.gate * math.sqrt(total):
+        if abs(surprise) > GATE * math.sqrt(total):
             self.forget_offset()
             return
         self.factor += to_factor / total * surprise
         self.offset_mm += to_offset / total * surprise
-        self.variance = max((TUNING.least_sd * self._unit) ** 2, self.variance - to_factor**2 / total)
-        self.offset_variance = max(TUNING.echo_mm**2, self.offset_variance - to_offset**2 / total)
+        self.variance = max((LEAST_SD * self._unit) ** 2, self.variance - to_factor**2 / total)
+        self.offset_variance = max(ECHO_MM**2, self.offset_variance - to_offset**2 / total)
         limit = 0.99 * math.sqrt(self.variance * self.offset_variance)
         self.covariance = min(limit, max(-limit, self.covariance - to_factor * to_offset / total))
 
@@ -152,7 +140,7 @@ class CameraScale:
         self.sonar_ahead_mm = sonar_ahead_mm
         self._guessed = guessed
         self._estimates: dict[str, _Estimate] = {}
-        self._last = _Estimate(1.0, TUNING.prior_sd**2)
+        self._last = _Estimate(1.0, PRIOR_SD**2)
 
     def corrected(self, sighting: Sighting) -> Sighting:
         """Return a sighting with the corrected distance and height."""
@@ -171,7 +159,7 @@ class CameraScale:
     def unknown(self, target: str) -> bool:
         """Return whether a target's height is a guess that no measurement has confirmed or corrected yet."""
         estimate = self._of(target)
-        return estimate.guessed and estimate.share_sd > TUNING.prior_sd
+        return estimate.guessed and estimate.share_sd > PRIOR_SD
 
     def assured_mm(self, target: str, arrive_mm: float, *, confirmed: bool = True) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
@@ -183,8 +171,8 @@ class CameraScale:
         """
         sd = self._of(target).share_sd
         if not confirmed:
-            sd = max(sd, TUNING.unconfirmed_sd)
-        return arrive_mm * min(1.0, TUNING.sure * math.exp(-2.0 * sd))
+            sd = max(sd, UNCONFIRMED_SD)
+        return arrive_mm * min(1.0, SURE * math.exp(-2.0 * sd))
 
     def assume_on_floor(self, sighting: Sighting, floor_mm: float) -> None:
         """Assume that a target whose height is a guess stands on the floor, until it is measured.
@@ -202,10 +190,10 @@ class CameraScale:
         by_floor = floor_mm / sighting.distance_mm
         if estimate.by_floor is not None:
             estimate.rescale(by_floor / estimate.by_floor)
-        elif estimate.variance == TUNING.guess_sd**2:
-            estimate.factor, estimate.variance = by_floor, (TUNING.floor_sd * by_floor) ** 2
+        elif estimate.variance == GUESS_SD**2:
+            estimate.factor, estimate.variance = by_floor, (FLOOR_SD * by_floor) ** 2
         else:
-            estimate.update(1.0, 0.0, by_floor, (TUNING.floor_sd * by_floor) ** 2)
+            estimate.update(1.0, 0.0, by_floor, (FLOOR_SD * by_floor) ** 2)
         estimate.by_floor = by_floor
 
     def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None, floor_mm: float | None = None) -> None:
@@ -218,7 +206,7 @@ class CameraScale:
             floor_mm: See `assume_on_floor`; None where that is not known.
         """
         estimate = self._of(sighting.target)
-        if abs(sighting.bearing_deg) > TUNING.ahead_deg or sighting.cut:
+        if abs(sighting.bearing_deg) > AHEAD_DEG or sighting.cut:
             estimate.begin = None
             return
         before = estimate.variance
@@ -231,9 +219,7 @@ class CameraScale:
     def _of(self, target: str) -> _Estimate:
         if target not in self._estimates:
             guessed = target in self._guessed
-            variance = (
-                TUNING.guess_sd**2 if guessed else min(TUNING.prior_sd**2, self._last.variance + TUNING.target_sd**2)
-            )
+            variance = GUESS_SD**2 if guessed else min(PRIOR_SD**2, self._last.variance + TARGET_SD**2)
             self._estimates[target] = _Estimate(self._last.factor, variance, guessed=guessed)
         return self._estimates[target]
 
@@ -248,14 +234,14 @@ class CameraScale:
             driven_mm = then.distance_mm_to(pose)
             nearer_mm, by_size = then_mm - looks_mm, looks_mm / distance_mm
             turned_deg = abs(pose.heading_deg - then.heading_deg)
-            if turned_deg > TUNING.straight_deg or driven_mm > TUNING.longest_mm or by_floor != then_by_floor:
+            if turned_deg > STRAIGHT_DEG or driven_mm > LONGEST_MM or by_floor != then_by_floor:
                 estimate.begin = None
-            elif driven_mm >= TUNING.stretch_mm and nearer_mm > driven_mm * by_size / estimate.most:
+            elif driven_mm >= STRETCH_MM and nearer_mm > driven_mm * by_size / estimate.most:
                 factor = driven_mm / nearer_mm * by_size
-                noise = TUNING.size_sd * math.hypot(then_mm, looks_mm) / nearer_mm
-                if noise < TUNING.prior_sd:
+                noise = SIZE_SD * math.hypot(then_mm, looks_mm) / nearer_mm
+                if noise < PRIOR_SD:
                     share = factor if estimate.guessed else 1.0  # both are shares of the factor, which else is about 1
-                    estimate.update(1.0, 0.0, factor, share**2 * (TUNING.growth_sd**2 + noise**2))
+                    estimate.update(1.0, 0.0, factor, share**2 * (GROWTH_SD**2 + noise**2))
                     estimate.begin = None
         if estimate.begin is None:
             estimate.begin = pose, looks_mm, by_floor
@@ -263,14 +249,14 @@ class CameraScale:
     def _add_echo(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
         at = estimate.last_echo
         by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
-        if not TUNING.nearest_echo_mm <= by_size_mm <= TUNING.farthest_echo_mm:
+        if not NEAREST_ECHO_MM <= by_size_mm <= FARTHEST_ECHO_MM:
             return
         driven_mm = math.inf if at is None else at[0].distance_mm_to(pose)
-        if driven_mm < TUNING.apart_mm:
+        if driven_mm < APART_MM:
             return
         estimate.last_echo = pose, echo_mm
         # an object straight ahead comes nearer by the distance driven; one beside the path does not
-        if at is None or not TUNING.least_nearer <= (at[1] - echo_mm) / driven_mm <= TUNING.most_nearer:
+        if at is None or not LEAST_NEARER <= (at[1] - echo_mm) / driven_mm <= MOST_NEARER:
             estimate.forget_offset()
             return
-        estimate.update(distance_mm, 1.0, echo_mm, TUNING.echo_mm**2 + (TUNING.size_sd * distance_mm) ** 2)
+        estimate.update(distance_mm, 1.0, echo_mm, ECHO_MM**2 + (SIZE_SD * distance_mm) ** 2)

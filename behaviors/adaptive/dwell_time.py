@@ -12,34 +12,23 @@ from dataclasses import dataclass
 
 from behaviors.failures import Blocker
 
-
-@dataclass(frozen=True, slots=True)
-class DwellTuning:
-    """Tuning constants of the hypotheses and of the bound.
-
-    Attributes:
-        negligible: Less likely hypotheses do not count.
-        bound: Under no hypothesis does waiting cost more than this many times what it would cost with foresight.
-        longest_s: No single wait is longer; afterwards more is known.
-        passing_s: Mean stay of a person who walks through.
-        lingering_s: Mean stay of a person who stops.
-        beside: Probabilities that a blocker past which the target is seen is a person who walks through, one who stops,
-            or furniture. These and the next two are estimates, not counts.
-        came: The same of a blocker that was seen to move.
-        stood: The same of a blocker that hides the target and was not.
-    """
-
-    negligible: float = 0.05
-    bound: float = 2.0
-    longest_s: float = 30.0
-    passing_s: float = 4.0
-    lingering_s: float = 20.0
-    beside: tuple[float, float, float] = (0.02, 0.02, 0.96)
-    came: tuple[float, float, float] = (0.45, 0.45, 0.10)
-    stood: tuple[float, float, float] = (0.25, 0.30, 0.45)
-
-
-TUNING = DwellTuning()
+NEGLIGIBLE = 0.05
+"""Less likely hypotheses do not count."""
+BOUND = 2.0
+"""Under no hypothesis does waiting cost more than this many times what it would cost with foresight."""
+LONGEST_S = 30.0
+"""No single wait is longer; afterwards more is known."""
+PASSING_S = 4.0
+"""Mean stay of a person who walks through."""
+LINGERING_S = 20.0
+"""Mean stay of a person who stops."""
+BESIDE = (0.02, 0.02, 0.96)
+"""Probabilities that a blocker past which the target is seen is a person who walks through, one who stops, or
+furniture. These and the next two are estimates, not counts."""
+CAME = (0.45, 0.45, 0.10)
+"""The same of a blocker that was seen to move."""
+STOOD = (0.25, 0.30, 0.45)
+"""The same of a blocker that hides the target and was not."""
 WAITS = tuple(0.125 * i for i in range(25))
 """Waits that are considered, as shares of what the detour costs; 1 is among them, which keeps the bound."""
 
@@ -71,8 +60,8 @@ class BlockerHypothesis:
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
-    weights = TUNING.came if blocker.moving else TUNING.stood if blocker.hides else TUNING.beside
-    stays_s = TUNING.passing_s, TUNING.lingering_s, math.inf
+    weights = CAME if blocker.moving else STOOD if blocker.hides else BESIDE
+    stays_s = PASSING_S, LINGERING_S, math.inf
     prior = [BlockerHypothesis(*each) for each in zip(stays_s, weights, strict=True)]
     left = [each.weight * each.survival(blocker.age_s) for each in prior]
     return tuple(BlockerHypothesis(each.stays_s, weight / sum(left)) for each, weight in zip(prior, left, strict=True))
@@ -81,7 +70,7 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
 def cost_s(mixture: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
     """Return the mean cost of waiting up to `wait_s` and then going round; without a detour, waiting once more."""
     if math.isinf(round_s):
-        round_s = TUNING.longest_s
+        round_s = LONGEST_S
     return sum(each.weight * each.cost_s(wait_s, round_s) for each in mixture)
 
 
@@ -95,17 +84,17 @@ def best_wait_s(mixture: Sequence[BlockerHypothesis], round_s: float) -> float:
     Returns:
         The wait, seconds, that costs least on average. Under each hypothesis that is not negligible the mean cost is at
         most twice that with foresight; where going round takes longer than the longest wait, at most 1 + `round_s` /
-        `DwellTuning.longest_s` times.
+        `LONGEST_S` times.
     """
     if math.isinf(round_s):
-        return TUNING.longest_s
-    waits = [min(TUNING.longest_s, share * round_s) for share in WAITS]
+        return LONGEST_S
+    waits = [min(LONGEST_S, share * round_s) for share in WAITS]
     sound = [wait_s for wait_s in waits if all(_bounded(each, wait_s, round_s) for each in mixture)]
     return min(sound, key=lambda wait_s: cost_s(mixture, wait_s, round_s))
 
 
 def _bounded(hypothesis: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if hypothesis.weight < TUNING.negligible:
+    if hypothesis.weight < NEGLIGIBLE:
         return True
-    bound = max(TUNING.bound, 1.0 + round_s / TUNING.longest_s)  # the cap on a single wait may cost more than twice
+    bound = max(BOUND, 1.0 + round_s / LONGEST_S)  # the cap on a single wait may cost more than twice
     return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.foresight_s(round_s) + 1e-9

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -16,60 +15,44 @@ from behaviors.failures import Blocker, Failure
 from behaviors.ports import Point, StopReason
 from behaviors.skills import sighted
 
-
-@dataclass(frozen=True, slots=True)
-class PathTuning:
-    """Tuning constants of following a path.
-
-    Attributes:
-        passed_mm: A waypoint is passed when the robot is this near to it.
-        beside_mm: A waypoint is also passed when the robot is beside or beyond it and this near to it.
-        pivot_deg: At a larger bearing the robot turns on the spot.
-        turned_deg: After a stop before an obstacle it does so at a larger bearing than this, since the safety stop
-            would hold it again until it has turned away.
-        steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
-        steer_limit_deg_s: Fastest turn.
-        renew_s: The path is planned again this often, since more of it comes into view.
-        kept: The old path is kept unless it takes more than this many times the time of the best one, plus `kept_s`.
-        kept_s: See `kept`; times are those between cells of the map.
-        longer: A path that turns out to take more than this many times as long as when it was chosen, plus `longer_s`,
-            is abandoned: something else may be the better choice now.
-        longer_s: See `longer`.
-        stops: A robot that was stopped more often than this has no path.
-        clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
-            planned path leaves, since the last stretch is driven by eye.
-        standoff_mm: The last stretch before the target need not be free: the target itself echoes.
-        far_enough_mm: This far along a path that leads no farther it is worth scanning.
-        leeway: A path may take this many times the time that its length takes at cruising speed, plus `leeway_s`.
-        leeway_s: See `leeway`.
-        retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
-        slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam.
-        slow_share: Share of the cruising speed at which it then drives.
-    """
-
-    passed_mm: float = 90.0
-    beside_mm: float = 250.0
-    pivot_deg: float = 30.0
-    turned_deg: float = 6.0
-    steer_per_s: float = 2.0
-    steer_limit_deg_s: float = 90.0
-    renew_s: float = 1.5
-    kept: float = 1.25
-    kept_s: float = 0.3
-    longer: float = 1.5
-    longer_s: float = 3.0
-    stops: int = 3
-    clearance_mm: float = 70.0
-    standoff_mm: float = 300.0
-    far_enough_mm: float = 400.0
-    leeway: float = 2.0
-    leeway_s: float = 8.0
-    retreat_mm: float = 90.0
-    slow_mm: float = 450.0
-    slow_share: float = 0.6
-
-
-TUNING = PathTuning()
+PASSED_MM = 90.0
+"""A waypoint is passed when the robot is this near to it."""
+BESIDE_MM = 250.0
+"""A waypoint is also passed when the robot is beside or beyond it and this near to it."""
+PIVOT_DEG = 30.0
+"""At a larger bearing the robot turns on the spot."""
+TURNED_DEG = 6.0
+"""After a stop before an obstacle it does so at a larger bearing than this, since the safety stop would hold it again
+until it has turned away."""
+STEER_PER_S = 2.0
+"""Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp."""
+STEER_LIMIT_DEG_S = 90.0
+"""Fastest turn."""
+RENEW_S = 1.5
+"""The path is planned again this often, since more of it comes into view."""
+KEPT, KEPT_S = 1.25, 0.3
+"""The old path is kept unless it takes more than this many times the time of the best one, plus this time; both are
+times between cells of the map."""
+LONGER, LONGER_S = 1.5, 3.0
+"""A path that turns out to take more than this many times as long as when it was chosen, plus this time, is abandoned:
+something else may be the better choice now."""
+STOPS = 3
+"""A robot that was stopped more often than this has no path."""
+CLEARANCE_MM = 70.0
+"""With less room beside the straight path to the target the robot stays on its own: more than a planned path leaves,
+since the last stretch is driven by eye."""
+STANDOFF_MM = 300.0
+"""The last stretch before the target need not be free: the target itself echoes."""
+FAR_ENOUGH_MM = 400.0
+"""This far along a path that leads no farther it is worth scanning."""
+LEEWAY, LEEWAY_S = 2.0, 8.0
+"""A path may take this many times the time that its length takes at cruising speed, plus this time."""
+RETREAT_MM = 90.0
+"""The robot backs off this far from what it touched or what holds its wheels."""
+SLOW_MM = 450.0
+"""An echo from nearer than this slows it down, since there may be more beside the beam."""
+SLOW_SHARE = 0.6
+"""Share of the cruising speed at which it then drives."""
 
 
 class FollowPathSkill:
@@ -96,8 +79,8 @@ class FollowPathSkill:
         perception = self._perception
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
-        self._end_s = begun_s + TUNING.leeway_s + TUNING.leeway * length_mm / perception.parameters.cruise_mm_s
-        self._promised_s = begun_s + TUNING.longer_s + TUNING.longer * self._seconds(perception.world.paths_from_here())
+        self._end_s = begun_s + LEEWAY_S + LEEWAY * length_mm / perception.parameters.cruise_mm_s
+        self._promised_s = begun_s + LONGER_S + LONGER * self._seconds(perception.world.paths_from_here())
         while self._route:
             fact = self._back_off(self._retreat) if self._retreat else self._drive()
             if fact is not None:
@@ -111,22 +94,22 @@ class FollowPathSkill:
         body = self._perception.context.body
         body.stop()
         if self._perception.sonar.silent:
-            body.straight(-TUNING.retreat_mm)
+            body.straight(-RETREAT_MM)
 
     def _drive(self) -> Fact | None:
         """Drive along the path; None at its end, or when it was planned again after a stop."""
         perception = self._perception
-        renew_s = perception.now() + TUNING.renew_s
+        renew_s = perception.now() + RENEW_S
         while True:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            if observation.time_s > self._end_s or self._stops > TUNING.stops:
+            if observation.time_s > self._end_s or self._stops > STOPS:
                 return self._no_path(observation)
             if observation.time_s >= renew_s:
                 if (fact := self._replan(observation, Reason.PATH_RENEWED)) is not None:
                     return fact
-                renew_s = observation.time_s + TUNING.renew_s
+                renew_s = observation.time_s + RENEW_S
             while self._route and self._passed(self._route[0]):
                 self._from = self._route.pop(0)
             if not self._route:
@@ -141,7 +124,7 @@ class FollowPathSkill:
         (x_mm, y_mm), (begin_x, begin_y) = self._perception.world.here, self._from
         ahead = (point[0] - x_mm) * (point[0] - begin_x) + (point[1] - y_mm) * (point[1] - begin_y)
         left_mm = math.hypot(point[0] - x_mm, point[1] - y_mm)
-        return left_mm <= TUNING.passed_mm or (ahead <= 0 and left_mm <= TUNING.beside_mm)
+        return left_mm <= PASSED_MM or (ahead <= 0 and left_mm <= BESIDE_MM)
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
@@ -149,11 +132,11 @@ class FollowPathSkill:
         speed_mm_s = perception.parameters.travel_mm_s
         if perception.sonar.silent:
             speed_mm_s = perception.parameters.cruise_mm_s
-        elif observation.range_mm is not None and observation.range_mm < TUNING.slow_mm:
-            speed_mm_s = TUNING.slow_share * perception.parameters.cruise_mm_s
-        self._turns_away = self._turns_away and abs(bearing_deg) > TUNING.turned_deg
-        share = 0.0 if self._turns_away else max(0.0, 1.0 - abs(bearing_deg) / TUNING.pivot_deg)
-        return share * speed_mm_s, perception.steering_deg_s(bearing_deg, TUNING.steer_per_s, TUNING.steer_limit_deg_s)
+        elif observation.range_mm is not None and observation.range_mm < SLOW_MM:
+            speed_mm_s = SLOW_SHARE * perception.parameters.cruise_mm_s
+        self._turns_away = self._turns_away and abs(bearing_deg) > TURNED_DEG
+        share = 0.0 if self._turns_away else max(0.0, 1.0 - abs(bearing_deg) / PIVOT_DEG)
+        return share * speed_mm_s, perception.steering_deg_s(bearing_deg, STEER_PER_S, STEER_LIMIT_DEG_S)
 
     def _seen(self, observation: Observation) -> Fact | None:
         """Return a fact when the target came into view and can be driven to."""
@@ -161,7 +144,7 @@ class FollowPathSkill:
         known = world.targets.known.get(self._perception.target)
         if observation.sighting is None or known is None:
             return None
-        if not world.floor.clear_between(world.here, known.place, TUNING.standoff_mm, TUNING.clearance_mm):
+        if not world.floor.clear_between(world.here, known.place, STANDOFF_MM, CLEARANCE_MM):
             return None
         if not world.new_approach(self._perception.target, world.here):
             return None  # a sighting from where an approach failed is nothing new
@@ -175,7 +158,7 @@ class FollowPathSkill:
         self._blocker = None
         if stop is not StopReason.OBSTACLE:
             floor.mark_obstacle(pose, 0.0)
-            self._retreat = Retreat(perception, TUNING.retreat_mm, stop)
+            self._retreat = Retreat(perception, RETREAT_MM, stop)
             return self._back_off(self._retreat)
         if (near_mm := observation.range_mm) is not None:
             if floor.appeared(pose, near_mm):
@@ -199,10 +182,7 @@ class FollowPathSkill:
         if not paths.reaches(self._goal) or observation.time_s + left_s > self._promised_s:
             return self._no_path(observation)
         # a path that takes hardly longer than the best one is kept; else the robot would oscillate between two
-        if (
-            reason is Reason.PATH_RENEWED
-            and paths.seconds_along(tuple(self._route)) <= TUNING.kept * left_s + TUNING.kept_s
-        ):
+        if reason is Reason.PATH_RENEWED and paths.seconds_along(tuple(self._route)) <= KEPT * left_s + KEPT_S:
             return None
         self._route, self._from = list(paths.route_to(self._goal)), world.here
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
@@ -215,7 +195,7 @@ class FollowPathSkill:
 
     def _no_path(self, observation: Observation) -> Fact:
         """Report that there is no path; far enough along the old one a scan is still worthwhile."""
-        if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= TUNING.far_enough_mm:
+        if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= FAR_ENOUGH_MM:
             self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
         measured = {"range_mm": observation.range_mm, "stops": self._stops}

@@ -7,29 +7,18 @@ from dataclasses import dataclass, field
 
 from behaviors.ports import Point, Sighting
 
-
-@dataclass(frozen=True, slots=True)
-class LookAlikeTuning:
-    """Tuning constants of look-alikes.
-
-    Attributes:
-        near_mm: Sightings no farther than this from a look-alike are of it.
-        near_share: While it is not settled what is there, sightings no farther apart than this share of their distance,
-            if that is more than `near_mm`, are of one object.
-        rejected_s: It is tested again after this time.
-        looks: A doubtful object is taken for the target after scans from this many places without a better one;
-            after one if nothing else was ever taken for it.
-        apart_mm: These places are at least this far apart: what hides a target from one hides it from beside it.
-    """
-
-    near_mm: float = 450.0
-    near_share: float = 0.3
-    rejected_s: float = 60.0
-    looks: int = 2
-    apart_mm: float = 500.0
-
-
-TUNING = LookAlikeTuning()
+NEAR_MM = 450.0
+"""Sightings no farther than this from a look-alike are of it."""
+NEAR_SHARE = 0.3
+"""While it is not settled what is there, sightings no farther apart than this share of their distance, if that is more
+than `NEAR_MM`, are of one object."""
+REJECTED_S = 60.0
+"""It is tested again after this time."""
+LOOKS = 2
+"""A doubtful object is taken for the target after scans from this many places without a better one; after one if
+nothing else was ever taken for it."""
+APART_MM = 500.0
+"""These places are at least this far apart: what hides a target from one hides it from beside it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +30,7 @@ class _LookAlike:
     looked_from: list[Point] = field(default_factory=list)
 
     def is_at(self, target: str, place: Point) -> bool:
-        return self.target == target and math.dist(self.place, place) <= TUNING.near_mm
+        return self.target == target and math.dist(self.place, place) <= NEAR_MM
 
 
 class LookAlikes:
@@ -61,7 +50,7 @@ class LookAlikes:
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
         """Return whether a detection there is known not to be the target."""
         return any(
-            each.is_at(target, place) and time_s - each.time_s <= TUNING.rejected_s and not self._released(each)
+            each.is_at(target, place) and time_s - each.time_s <= REJECTED_S and not self._released(each)
             for each in self._known
         )
 
@@ -71,7 +60,7 @@ class LookAlikes:
         for each in self._known:
             if each.target != target or not each.doubtful or self._released(each):
                 continue
-            if all(math.dist(here, before) >= TUNING.apart_mm for before in each.looked_from):
+            if all(math.dist(here, before) >= APART_MM for before in each.looked_from):
                 each.looked_from.append(here)
                 released = each.place if self._released(each) else released
         return released
@@ -79,17 +68,14 @@ class LookAlikes:
     def seen(self, sighting: Sighting, place: Point) -> None:
         """Remember where something was taken for a target, and whether it was taken for another in the same frame."""
         places = self._seen.setdefault(sighting.target, [])
-        if all(
-            math.dist(place, before) > max(TUNING.near_mm, TUNING.near_share * sighting.distance_mm)
-            for before in places
-        ):
+        if all(math.dist(place, before) > max(NEAR_MM, NEAR_SHARE * sighting.distance_mm) for before in places):
             places.append(place)
         self._latest[sighting.target] = sighting
         if any(_show_one_thing(sighting, other) for other in self._latest.values()) and not self._confused_at(place):
             self._confused.append(place)
 
     def _confused_at(self, place: Point) -> bool:
-        return any(math.dist(place, before) <= TUNING.near_mm for before in self._confused)
+        return any(math.dist(place, before) <= NEAR_MM for before in self._confused)
 
     def _alone(self, target: str) -> bool:
         """Return whether everything taken for the target was in one place."""
@@ -114,7 +100,7 @@ class LookAlikes:
 
     def _released(self, each: _LookAlike) -> bool:
         """Return whether a better one was looked for often enough; several objects taken for the target need more."""
-        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else TUNING.looks)
+        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else LOOKS)
 
 
 def _show_one_thing(a: Sighting, b: Sighting) -> bool:

@@ -16,8 +16,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.adaptive import grid_tuning as tuning
 from behaviors.adaptive.grid_cells import CELL_MM, Cells, Cone, Mask
-from behaviors.adaptive.grid_tuning import TUNING
 from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.mission.robot import RobotTable
 from behaviors.ports import Point, Pose
@@ -48,7 +48,7 @@ class OccupancyGrid:
         radius_mm: Radius of the robot.
         sonar_forward_mm: How far the sonar is in front of the axle.
         sonar_height_mm: How far the sonar is above the floor.
-        log_odds: Log odds of an obstacle in each cell, as in `GridTuning`.
+        log_odds: Log odds of an obstacle in each cell, as in `grid_tuning`.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.
@@ -101,22 +101,22 @@ class OccupancyGrid:
         """
         before = self.cells
         farthest_mm = max((abs(each) for place in places for each in place), default=0.0) + margin_mm
-        while farthest_mm >= self.cells.reach_mm and self.cells.side < TUNING.most_side:
-            self.cells = Cells(self.cells.side + 2 * TUNING.grows_cells)
+        while farthest_mm >= self.cells.reach_mm and self.cells.side < tuning.MAX_SIDE:
+            self.cells = Cells(self.cells.side + 2 * tuning.GROWS_CELLS)
             for name, empty in _LAYERS.items():
-                setattr(self, name, np.pad(getattr(self, name), TUNING.grows_cells, constant_values=empty))
-                self._saved[name] = np.pad(self._saved[name], TUNING.grows_cells, constant_values=empty)
+                setattr(self, name, np.pad(getattr(self, name), tuning.GROWS_CELLS, constant_values=empty))
+                self._saved[name] = np.pad(self._saved[name], tuning.GROWS_CELLS, constant_values=empty)
         return self.cells is not before
 
     def decay(self, now_s: float) -> None:
         """Let old evidence decay."""
-        if now_s - self._time_s > TUNING.decay_every_s:
+        if now_s - self._time_s > tuning.DECAY_EVERY_S:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
-                self._was_free |= self._swept & (self.log_odds < TUNING.freest_no_echo)
+                self._was_free |= self._swept & (self.log_odds < tuning.MIN_NO_ECHO_LOG_ODDS)
                 for marks in (self._appeared, self._unseen, self._grazed, self.seen):
                     marks &= self.log_odds > 0.0
-                decay_s = np.where(self._appeared, TUNING.appeared_decay_s, TUNING.decay_s)
+                decay_s = np.where(self._appeared, tuning.APPEARED_DECAY_S, tuning.DECAY_S)
                 self.log_odds *= np.exp((self._time_s - now_s) / decay_s)
             self._time_s = now_s
 
@@ -124,19 +124,19 @@ class OccupancyGrid:
         """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
-        reach_mm = min(range_mm, TUNING.far_mm)
+        reach_mm = min(range_mm, tuning.FAR_MM)
         cone = self._cone(pose, reach_mm, CELL_MM * 2)
         cells = self.log_odds[cone.window]
-        free = self._passed(cone, reach_mm - TUNING.margin_mm)
-        cells[free] = np.maximum(cells[free] - self.weight * TUNING.free_echo, TUNING.freest)
+        free = self._passed(cone, reach_mm - tuning.MARGIN_MM)
+        cells[free] = np.maximum(cells[free] - self.weight * tuning.FREE_ECHO, tuning.MIN_LOG_ODDS)
         self._swept[cone.window] |= free
-        if range_mm >= TUNING.far_mm or repeated:
+        if range_mm >= tuning.FAR_MM or repeated:
             return
-        hit = cone.arc(range_mm, CELL_MM * TUNING.arc_cells) & (np.abs(cone.off_deg) <= TUNING.arc_deg)
-        gain, most = TUNING.hit_near, TUNING.most
-        if range_mm > TUNING.near_mm:
-            gain, most = TUNING.hit_far, TUNING.most_hint
-            for likelier in (hit & (cells > -TUNING.passed), cone.arc(range_mm, CELL_MM) & (cells > TUNING.explains)):
+        hit = cone.arc(range_mm, CELL_MM * tuning.ARC_CELLS) & (np.abs(cone.off_deg) <= tuning.ARC_DEG)
+        gain, most = tuning.HIT_NEAR, tuning.MAX_LOG_ODDS
+        if range_mm > tuning.NEAR_MM:
+            gain, most = tuning.HIT_FAR, tuning.MAX_HINT_LOG_ODDS
+            for likelier in (hit & (cells > -tuning.PASSED), cone.arc(range_mm, CELL_MM) & (cells > tuning.EXPLAINS)):
                 hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
         self._echo_heading_deg[cone.window][hit] = pose.heading_deg
@@ -146,11 +146,11 @@ class OccupancyGrid:
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        cone = self._cone(pose, TUNING.no_echo_mm)
+        cone = self._cone(pose, tuning.NO_ECHO_MM)
         cells = self.log_odds[cone.window]
-        free = self._passed(cone, TUNING.no_echo_mm)
+        free = self._passed(cone, tuning.NO_ECHO_MM)
         cells[free] = np.maximum(
-            cells[free] - self.weight * TUNING.free_no_echo, np.minimum(cells[free], TUNING.freest_no_echo)
+            cells[free] - self.weight * tuning.FREE_NO_ECHO, np.minimum(cells[free], tuning.MIN_NO_ECHO_LOG_ODDS)
         )
 
     def add_view(self, lens: Pose, view: VisibleFloor, echo: tuple[Pose, float] | None = None) -> None:
@@ -168,7 +168,7 @@ class OccupancyGrid:
         if self._seen_from is not None and _same_place(self._seen_from, lens):
             return
         self._seen_from = lens
-        free_mm, end_mm = view.free_mm - TUNING.seen_margin_mm, view.end_mm
+        free_mm, end_mm = view.free_mm - tuning.SEEN_MARGIN_MM, view.end_mm
         if echo is not None:
             free_mm, end_mm = self._reconciled(lens, view, free_mm, echo)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
@@ -182,9 +182,9 @@ class OccupancyGrid:
         exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])[window]
         cells = self.log_odds[window]
         free &= ~ends & ~(self._unseen[window] & (cells > 0.0))
-        cells[free] = np.maximum(cells[free] - TUNING.free_seen, TUNING.freest)
-        most = np.where(exact, TUNING.most, TUNING.most_hint)[ends]
-        cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + TUNING.hit_seen, most))
+        cells[free] = np.maximum(cells[free] - tuning.FREE_SEEN, tuning.MIN_LOG_ODDS)
+        most = np.where(exact, tuning.MAX_LOG_ODDS, tuning.MAX_HINT_LOG_ODDS)[ends]
+        cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + tuning.HIT_SEEN, most))
         self.seen[window] |= exact
         self._add_floor_like(lens, view)
 
@@ -196,24 +196,24 @@ class OccupancyGrid:
         that, the walls may look like the floor, and little is learned.
         """
         count = len(view.floor_like_deg)
-        self._rays = TUNING.floor_like_kept * self._rays + len(view.bearing_deg) + count
-        self._floor_like = TUNING.floor_like_kept * self._floor_like + count
+        self._rays = tuning.FLOOR_LIKE_KEPT * self._rays + len(view.bearing_deg) + count
+        self._floor_like = tuning.FLOOR_LIKE_KEPT * self._floor_like + count
         if not count:
             return
-        along_mm = np.arange(0.0, TUNING.floor_like_mm, CELL_MM)
+        along_mm = np.arange(0.0, tuning.FLOOR_LIKE_MM, CELL_MM)
         sector = ((lens.heading_deg + view.floor_like_deg) % 360.0 * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
         moved_mm = np.hypot(*(self._floor_like_from[sector] - lens.point).T)  # NaN where there was no such ray yet
-        useful = (view.floor_like_near_mm < along_mm[-1]) & ~(moved_mm < TUNING.floor_like_moved_mm)
+        useful = (view.floor_like_near_mm < along_mm[-1]) & ~(moved_mm < tuning.FLOOR_LIKE_MOVED_MM)
         self._floor_like_from[sector[useful]] = lens.point
         bearing_deg, near_mm = view.floor_like_deg[useful], view.floor_like_near_mm[useful]
-        self.include(*(lens.ahead(TUNING.floor_like_mm, each) for each in bearing_deg.tolist()))
+        self.include(*(lens.ahead(tuning.FLOOR_LIKE_MM, each) for each in bearing_deg.tolist()))
         i, j = self._cells_along(lens, bearing_deg, along_mm)
-        odds = np.exp(TUNING.floor_like_sharpness * self.log_odds[i, j] - TUNING.rare)
+        odds = np.exp(tuning.FLOOR_LIKE_SHARPNESS * self.log_odds[i, j] - tuning.RARE)
         chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
-        gain = TUNING.hit_floor_like * (1.0 - self._floor_like / self._rays) * share
-        limit = np.maximum(self.log_odds[i, j], TUNING.most_hint)
+        gain = tuning.HIT_FLOOR_LIKE * (1.0 - self._floor_like / self._rays) * share
+        limit = np.maximum(self.log_odds[i, j], tuning.MAX_HINT_LOG_ODDS)
         raised = np.minimum(self.log_odds[i, j] + gain.astype(np.float32), limit)
         np.maximum.at(self.log_odds, (i, j), raised)  # a frame counts once in a cell that several rays cross
 
@@ -223,15 +223,15 @@ class OccupancyGrid:
         """Return up to where a view shows free floor, and where it shows something, as far as an echo allows it."""
         pose, range_mm = echo
         off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
-        ahead = np.abs(view.bearing_deg - off_deg) <= TUNING.arc_deg
-        end_mm = np.where(ahead & (view.end_mm < (1.0 - TUNING.same_share) * echo_mm), np.inf, view.end_mm)
+        ahead = np.abs(view.bearing_deg - off_deg) <= tuning.ARC_DEG
+        end_mm = np.where(ahead & (view.end_mm < (1.0 - tuning.SAME_SHARE) * echo_mm), np.inf, view.end_mm)
         overlooked = ahead & (free_mm > echo_mm)
-        seen = ahead & (end_mm < (1.0 + TUNING.same_share) * echo_mm)
-        if range_mm <= TUNING.far_mm and overlooked.any() and not seen.any():
-            free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - TUNING.margin_mm), free_mm)
+        seen = ahead & (end_mm < (1.0 + tuning.SAME_SHARE) * echo_mm)
+        if range_mm <= tuning.FAR_MM and overlooked.any() and not seen.any():
+            free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - tuning.MARGIN_MM), free_mm)
             sonar = pose.ahead(self.sonar_forward_mm)
-            cone = self.cells.cone(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, TUNING.arc_deg)
-            self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * TUNING.arc_cells)
+            cone = self.cells.cone(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, tuning.ARC_DEG)
+            self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * tuning.ARC_CELLS)
         return free_mm, end_mm
 
     def _cone(self, pose: Pose, reach_mm: float, beyond_mm: float = 0.0) -> Cone:
@@ -261,9 +261,9 @@ class OccupancyGrid:
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects a beam at a grazing angle
         along = np.abs(np.cos(np.radians(self._echo_heading_deg[cone.window] - cone.heading_deg)))
-        glanced = before & (along < math.cos(math.radians(TUNING.glancing_deg))) & (self.log_odds[cone.window] > 0.0)
+        glanced = before & (along < math.cos(math.radians(tuning.GLANCING_DEG))) & (self.log_odds[cone.window] > 0.0)
         passed = before & ~glanced
-        deflecting = glanced & (self.log_odds[cone.window] > TUNING.hint)
+        deflecting = glanced & (self.log_odds[cone.window] > tuning.HINT)
         if deflecting.any():
             half_deg = np.degrees(np.arctan2(CELL_MM / 2, np.maximum(cone.along_mm[deflecting], 1.0)))
             farther = cone.along_mm[passed][:, None] > cone.along_mm[deflecting]
@@ -274,11 +274,11 @@ class OccupancyGrid:
     def clear_line_of_sight(self, start: Point, end: Point) -> None:
         """Update with a line of sight from `start` to `end`: it clears merely suspected cells in between."""
         length = math.dist(start, end)
-        share = np.arange(0.0, max(0.0, length - TUNING.spared_mm), CELL_MM / 2) / max(length, 1.0)
+        share = np.arange(0.0, max(0.0, length - tuning.SPARED_MM), CELL_MM / 2) / max(length, 1.0)
         i = self.cells.index(start[0] + share * (end[0] - start[0]))
         j = self.cells.index(start[1] + share * (end[1] - start[1]))
         cells = self.log_odds[i, j]
-        self.log_odds[i, j] = np.where((cells > 0.0) & (cells < TUNING.solid), 0.0, cells)
+        self.log_odds[i, j] = np.where((cells > 0.0) & (cells < tuning.SOLID), 0.0, cells)
 
     def forget_obstacles(self) -> None:
         """Clear all obstacles."""
@@ -290,31 +290,31 @@ class OccupancyGrid:
         """Clear the robot's footprint."""
         self.include(pose.point, margin_mm=self.radius_mm)
         window, inside = self.cells.disc(*pose.point, self.radius_mm)
-        self.log_odds[window][inside] = TUNING.freest
+        self.log_odds[window][inside] = tuning.MIN_LOG_ODDS
         self._swept[window] |= inside
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
         """Mark what stopped or touched the robot: the object that the camera saw there, or one of unknown size."""
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
-            window, inside = self.cells.disc(*saw, TUNING.grazed_mm)
-            known = self._grazed[window][inside].any() or (self.log_odds[window][inside] > TUNING.solid).all()
+            window, inside = self.cells.disc(*saw, tuning.GRAZED_MM)
+            known = self._grazed[window][inside].any() or (self.log_odds[window][inside] > tuning.SOLID).all()
             self._grazed[window] |= inside
         # if the mark was that large before, or was touched before, the robot has met something else or something larger
         if saw is None or known:
-            place = pose.ahead(self.sonar_forward_mm + range_mm + TUNING.block_radius_mm * TUNING.block_beyond)
-            self.include(place, margin_mm=TUNING.block_radius_mm)
-            window, inside = self.cells.disc(*place, TUNING.block_radius_mm)
+            place = pose.ahead(self.sonar_forward_mm + range_mm + tuning.BLOCK_RADIUS_MM * tuning.BLOCK_BEYOND)
+            self.include(place, margin_mm=tuning.BLOCK_RADIUS_MM)
+            window, inside = self.cells.disc(*place, tuning.BLOCK_RADIUS_MM)
             self._unseen[window] |= inside
         cells = self.log_odds[window]
-        cells[inside] = np.maximum(cells[inside], TUNING.block)
+        cells[inside] = np.maximum(cells[inside], tuning.BLOCK)
         self._appeared[window] |= inside & self._was_free[window]
 
     def _saw_at(self, pose: Pose, range_mm: float) -> Point | None:
         """Return what the camera saw nearest to where something stopped the robot; None if it saw nothing there."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm)
-        window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + TUNING.grazed_mm)
-        near &= self.seen[window] & (self.log_odds[window] > TUNING.solid)
+        window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + tuning.GRAZED_MM)
+        near &= self.seen[window] & (self.log_odds[window] > tuning.SOLID)
         if not near.any():
             return None
         i, j = np.nonzero(near)
@@ -324,12 +324,12 @@ class OccupancyGrid:
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
         """Return whether the source of an echo stands where the map once was free: all along its arc, and behind it."""
-        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in TUNING.appeared_cells)
-        sides_deg = (-TUNING.arc_deg, 0.0, TUNING.arc_deg)
+        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in tuning.APPEARED_CELLS)
+        sides_deg = (-tuning.ARC_DEG, 0.0, tuning.ARC_DEG)
         return all(self._was_free[self.cells.at(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 
     def visibility(
-        self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = TUNING.unknown_hides_mm
+        self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = tuning.UNKNOWN_HIDES_MM
     ) -> NDArray[np.float64]:
         """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
@@ -341,9 +341,9 @@ class OccupancyGrid:
         j = self.cells.index(y_mm + steps[None, :] * _ALONG[:, 1:2])
         log_odds = self.log_odds[i, j]
         log_odds[:, :2] = -1.0  # the robot itself stands there
-        behind = np.logical_or.accumulate(log_odds > TUNING.hint, axis=1)
-        unknown_mm = np.cumsum(np.abs(log_odds) < TUNING.known, axis=1) * CELL_MM
-        return np.asarray(np.where(behind, TUNING.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
+        behind = np.logical_or.accumulate(log_odds > tuning.HINT, axis=1)
+        unknown_mm = np.cumsum(np.abs(log_odds) < tuning.KNOWN, axis=1) * CELL_MM
+        return np.asarray(np.where(behind, tuning.BEHIND, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Return whether the robot could drive straight, as far as the map shows.
@@ -369,7 +369,7 @@ class OccupancyGrid:
         across = np.linspace(-half_mm, half_mm, 7)
         i = self.cells.index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = self.cells.index(start[1] + along[:, None] * uy + across[None, :] * ux)
-        blocked = (self.log_odds[i, j] > TUNING.solid).any(axis=1)
+        blocked = (self.log_odds[i, j] > tuning.SOLID).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
 
@@ -380,9 +380,9 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
     """Return whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
-    return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < TUNING.repeated_range_mm)
+    return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < tuning.REPEATED_RANGE_MM)
 
 
 def _same_place(a: Pose, b: Pose) -> bool:
     """Return whether measurements at two poses are one measurement to the map."""
-    return a.is_near(b, TUNING.repeated_mm, TUNING.repeated_deg)
+    return a.is_near(b, tuning.REPEATED_MM, tuning.REPEATED_DEG)

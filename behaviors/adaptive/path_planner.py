@@ -4,66 +4,51 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.grid_cells import CELL_MM, Mask
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import FREE, HINT, SOLID
 from behaviors.adaptive.occupancy_grid import Grid, OccupancyGrid
 from behaviors.ports import Point
 
-
-@dataclass(frozen=True, slots=True)
-class PlannerTuning:
-    """Tuning constants of path planning.
-
-    Attributes:
-        clearance_mm: Room beside the robot that a path must leave.
-        seen_clearance_mm: The same beside obstacles that the camera saw, which the map places accurately.
-        inflation: Within each radius, mm, of an obstacle a cell costs this many cells of free floor: wheels slip
-            and echoes err, and a path should lead through the middle of a door.
-        beyond_cells: Paths go this many cells beyond the known floor at most.
-        doubtful: Cost of a cell that may be occupied.
-        likely: Cost of a cell with higher log odds than `likely_log_odds`.
-        likely_log_odds: Higher ones than this come from several echoes.
-        unknown: Cost of a cell that is not known.
-        unknown_without_sonar: The same without a sonar, which would detect an obstacle there in time.
-        few_places: A robot that can reach fewer places than this is walled in.
-        few_spacing_mm: Spacing of the places that are counted for it.
-        touched: A cell with log odds nearer to 0 than this counts as never looked at and does not extend the map.
-        narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
-            looks narrower on the map than it is.
-        frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
-        straight: A straight line replaces a path if it costs no more than this many times as much, plus
-            `straight_cells`; a path on the grid has corners of 45 degrees and is up to 8 % longer.
-        straight_cells: See `straight`; in cells of free floor.
-        together: Paths whose costs differ by no more than this grow at the same time, which changes the speed only.
-    """
-
-    clearance_mm: float = 40.0
-    seen_clearance_mm: float = 20.0
-    inflation: tuple[tuple[float, float], ...] = ((320.0, 2.0), (250.0, 3.0), (210.0, 4.0))
-    beyond_cells: int = 8
-    doubtful: float = 5.0
-    likely: float = 25.0
-    likely_log_odds: float = 0.8
-    unknown: float = 1.4
-    unknown_without_sonar: float = 8.0
-    few_places: int = 6
-    few_spacing_mm: float = 400.0
-    touched: float = 0.05
-    narrow: float = 15.0
-    frontier_cells: int = 5
-    straight: float = 1.02
-    straight_cells: float = 0.5
-    together: float = 8.0
-
-
-TUNING = PlannerTuning()
-
+CLEARANCE_MM = 40.0
+"""Room beside the robot that a path must leave."""
+SEEN_CLEARANCE_MM = 20.0
+"""The same beside obstacles that the camera saw, which the map places accurately."""
+INFLATION = ((320.0, 2.0), (250.0, 3.0), (210.0, 4.0))
+"""Within each radius, mm, of an obstacle a cell costs this many cells of free floor: wheels slip and echoes err, and a
+path should lead through the middle of a door."""
+BEYOND_CELLS = 8
+"""Paths go this many cells beyond the known floor at most."""
+DOUBTFUL = 5.0
+"""Cost of a cell that may be occupied."""
+LIKELY = 25.0
+"""Cost of a cell with higher log odds than `LIKELY_LOG_ODDS`."""
+LIKELY_LOG_ODDS = 0.8
+"""Higher ones than this come from several echoes."""
+UNKNOWN = 1.4
+"""Cost of a cell that is not known."""
+UNKNOWN_WITHOUT_SONAR = 8.0
+"""The same without a sonar, which would detect an obstacle there in time."""
+FEW_PLACES = 6
+"""A robot that can reach fewer places than this is walled in."""
+FEW_SPACING_MM = 400.0
+"""Spacing of the places that are counted for it."""
+TOUCHED = 0.05
+"""A cell with log odds nearer to 0 than this counts as never looked at and does not extend the map."""
+NARROW = 15.0
+"""Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap looks narrower
+on the map than it is."""
+FRONTIER_CELLS = 5
+"""Unknown floor this near to free floor counts as known where nothing suspected lies between."""
+STRAIGHT, STRAIGHT_CELLS = 1.02, 0.5
+"""A straight line replaces a path if it costs no more than this many times as much, plus this many cells of free floor;
+a path on the grid has corners of 45 degrees and is up to 8 % longer."""
+TOGETHER = 8.0
+"""Paths whose costs differ by no more than this grow at the same time, which changes the speed only."""
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
@@ -102,7 +87,7 @@ class PathPlanner:
 
     def unknown_mm(self, route: tuple[Point, ...]) -> float:
         """Return how much of the path along waypoints from the start crosses unknown floor."""
-        unknown = np.abs(self._log_odds) <= TUNING.touched
+        unknown = np.abs(self._log_odds) <= TOUCHED
         return sum(share * length_mm for share, length_mm in self._means(unknown, 1.0, route))
 
     def _means(
@@ -126,7 +111,7 @@ class PathPlanner:
     @property
     def walled_in(self) -> bool:
         """Whether there are hardly any places to go to."""
-        return len(self.reachable_places(TUNING.few_spacing_mm, known=False)) < TUNING.few_places
+        return len(self.reachable_places(FEW_SPACING_MM, known=False)) < FEW_PLACES
 
     def reaches(self, point: Point) -> bool:
         """Return whether a path leads there."""
@@ -186,51 +171,49 @@ class PathPlanner:
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
         cost = float(np.mean(self._cost[i, j])) * math.dist(one, other)
-        return cost <= TUNING.straight * float(self._field[other] - self._field[one]) + TUNING.straight_cells
+        return cost <= STRAIGHT * float(self._field[other] - self._field[one]) + STRAIGHT_CELLS
 
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     log_odds = floor.log_odds
-    known = np.abs(log_odds) > TUNING.touched
+    known = np.abs(log_odds) > TOUCHED
     i, j = floor.cells.at(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = log_odds[window]
-    solid = part > GRID.solid
-    blocked = _inflated(solid, floor.radius_mm + TUNING.clearance_mm)
+    solid = part > SOLID
+    blocked = _inflated(solid, floor.radius_mm + CLEARANCE_MM)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= TUNING.touched] = TUNING.unknown_without_sonar if floor.without_sonar else TUNING.unknown
-    for radius_mm, price in TUNING.inflation:
+    cost[np.abs(part) <= TOUCHED] = UNKNOWN_WITHOUT_SONAR if floor.without_sonar else UNKNOWN
+    for radius_mm, price in INFLATION:
         cost[_inflated(solid, radius_mm)] = price
-    cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = TUNING.doubtful
-    cost[_inflated((part > TUNING.likely_log_odds) & ~solid, floor.radius_mm)] = TUNING.likely
+    cost[_inflated((part > HINT) & ~solid, floor.radius_mm)] = DOUBTFUL
+    cost[_inflated((part > LIKELY_LOG_ODDS) & ~solid, floor.radius_mm)] = LIKELY
     cost[blocked] = np.inf
-    seen = _inflated(solid & floor.seen[window], floor.radius_mm + TUNING.seen_clearance_mm)
-    cost[blocked & (part < -GRID.free) & ~seen] = TUNING.narrow
+    seen = _inflated(solid & floor.seen[window], floor.radius_mm + SEEN_CLEARANCE_MM)
+    cost[blocked & (part < -FREE) & ~seen] = NARROW
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
-    around[np.isinf(around) & ~near] = TUNING.doubtful
+    around[np.isinf(around) & ~near] = DOUBTFUL
     cost[si, sj] = 1.0
     return window, cost
 
 
 def _with_frontier(log_odds: Grid) -> Mask:
     """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
-    known: Mask = log_odds < -GRID.free
-    open_floor = known | ~_inflated(log_odds > GRID.hint, math.hypot(CELL_MM, CELL_MM))
-    for _ in range(TUNING.frontier_cells):
+    known: Mask = log_odds < -FREE
+    open_floor = known | ~_inflated(log_odds > HINT, math.hypot(CELL_MM, CELL_MM))
+    for _ in range(FRONTIER_CELLS):
         known = _inflated(known, CELL_MM) & open_floor
     return known
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
     places = np.nonzero(used)[0]
-    return slice(
-        max(0, int(places[0]) - TUNING.beyond_cells), min(len(used), int(places[-1]) + TUNING.beyond_cells + 1)
-    )
+    return slice(max(0, int(places[0]) - BEYOND_CELLS), min(len(used), int(places[-1]) + BEYOND_CELLS + 1))
 
 
 def _inflated(mask: Mask, radius_mm: float) -> Mask:
@@ -265,7 +248,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
     field[cells] = 0.0
     while len(cells):
         reached = field[cells]
-        near = reached <= reached.min() + TUNING.together
+        near = reached <= reached.min() + TOGETHER
         waits[cells] = ~near
         beside = cells[near] + offsets
         through = reached[near] + prices[beside] * lengths

@@ -13,44 +13,32 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Pose, Sighting, StopReason
-from behaviors.skills import TUNING as SKILLS
-from behaviors.skills import SkillContext, note_look, steering_deg_s
+from behaviors.skills import STEER_LIMIT_DEG_S, STEER_PER_S, SkillContext, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
-
-@dataclass(frozen=True, slots=True)
-class PerceptionTuning:
-    """Tuning constants of perception.
-
-    Attributes:
-        blocker_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
-        step_mm: The robot drives no farther than this from one look to the next, however slow the link.
-        corrects: Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve.
-        lost_frames: A target is lost only after this many frames without it.
-        longest_step_s: What takes longer is a pause.
-        silent_share: Share of its speed at which the robot drives while the sonar seems dead.
-        slow_link_s: If requesting echo and pose takes longer than this, the link is slow.
-        burst: Number of frames that each look evaluates on a slow link, where a frame takes little time compared with a
-            round trip.
-        test_s: Longest turn to test a doubtful sonar.
-        free_mm: With an echo from farther away than this the floor that a frame shows right ahead is free.
-        turn_tests: After this many turns whose echoes did not show the scale of turns, no more are made for it.
-    """
-
-    blocker_mm: float = 150.0
-    step_mm: float = 150.0
-    corrects: float = 0.6
-    lost_frames: float = 4.0
-    longest_step_s: float = 2.0
-    silent_share: float = 0.6
-    slow_link_s: float = 0.5
-    burst: int = 3
-    test_s: float = 8.0
-    free_mm: float = 700.0
-    turn_tests: int = 2
-
-
-TUNING = PerceptionTuning()
+BLOCKER_MM = 150.0
+"""Something that holds or touches the robot and gives no echo is about this far ahead of the sonar."""
+STEP_MM = 150.0
+"""The robot drives no farther than this from one look to the next, however slow the link."""
+CORRECTS = 0.6
+"""Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve."""
+LOST_FRAMES = 4.0
+"""A target is lost only after this many frames without it."""
+LONGEST_STEP_S = 2.0
+"""What takes longer is a pause."""
+SILENT_SHARE = 0.6
+"""Share of its speed at which the robot drives while the sonar seems dead."""
+SLOW_LINK_S = 0.5
+"""If requesting echo and pose takes longer than this, the link is slow."""
+BURST = 3
+"""Number of frames that each look evaluates on a slow link, where a frame takes little time compared with a round
+trip."""
+TEST_S = 8.0
+"""Longest turn to test a doubtful sonar."""
+FREE_MM = 700.0
+"""With an echo from farther away than this the floor that a frame shows right ahead is free."""
+TURN_TESTS = 2
+"""After this many turns whose echoes did not show the scale of turns, no more are made for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +60,7 @@ class Observation:
 
 def blocker_without_echo(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(TUNING.blocker_mm if range_mm is None else min(range_mm, TUNING.blocker_mm), hides=hides)
+    return Blocker(BLOCKER_MM if range_mm is None else min(range_mm, BLOCKER_MM), hides=hides)
 
 
 class Perception:
@@ -98,7 +86,7 @@ class Perception:
         self._queue = queue
         self.sonar = SonarTrust()
         self.turns = TurnScale()
-        self._turn_tests = 0 if world.knows_turns else TUNING.turn_tests
+        self._turn_tests = 0 if world.knows_turns else TURN_TESTS
         self._looked_s = -math.inf
         self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
@@ -117,7 +105,7 @@ class Perception:
     @property
     def frames(self) -> int:
         """How many frames are looked at in each step: several on a slow link."""
-        return TUNING.burst if self._answer_s > TUNING.slow_link_s else 1
+        return BURST if self._answer_s > SLOW_LINK_S else 1
 
     def step(self) -> Observation:
         """Look at the next frame or frames, measure the range, and update the world model.
@@ -134,7 +122,7 @@ class Perception:
         range_mm = context.body.range_mm()
         pose = context.body.pose()
         now_s = self.now()
-        if now_s - self._looked_s <= TUNING.longest_step_s:
+        if now_s - self._looked_s <= LONGEST_STEP_S:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
@@ -163,7 +151,7 @@ class Perception:
         self._start = self._start or pose
         driven_s = self._driven.add(time_s, pose)
         if self._range_mm is not None:
-            return time_s if self._range_mm > TUNING.free_mm else None
+            return time_s if self._range_mm > FREE_MM else None
         if not self.sonar.silent:
             return None
         return time_s if pose == self._start else driven_s
@@ -182,7 +170,7 @@ class Perception:
 
     def check_sonar(self) -> None:
         """Turn until it is clear whether a doubtful sonar repeats an echo in all directions or not."""
-        end_s = self.now() + TUNING.test_s
+        end_s = self.now() + TEST_S
         while self.sonar.doubtful and self.now() < end_s:
             self.drive(0.0, self.parameters.scan_deg_s)
             self.step()
@@ -222,7 +210,7 @@ class Perception:
         if speed_mm_s > 0:
             # without a stuck sonar, which is left out of the safety stop, the body itself is slow
             if self.sonar.silent and not self.sonar.stuck:
-                speed_mm_s *= TUNING.silent_share
+                speed_mm_s *= SILENT_SHARE
             speed_mm_s = min(speed_mm_s, self._step_limit_mm_s)
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE
@@ -233,24 +221,24 @@ class Perception:
     def _travel_mm_s(self) -> float:
         """How fast the robot drives along paths while there is no near echo."""
         numbers = self.parameters
-        speed_mm_s = TUNING.silent_share * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
+        speed_mm_s = SILENT_SHARE * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
         return min(speed_mm_s, self._step_limit_mm_s)
 
     @property
     def _step_limit_mm_s(self) -> float:
         """The speed at which the robot drives as far between two steps as it may."""
-        return TUNING.step_mm / max(self._step_s, 0.01)
+        return STEP_MM / max(self._step_s, 0.01)
 
     @property
     def lost_after_s(self) -> float:
         """After this time without a sighting a target is lost, but not after a single frame on a slow link."""
-        return max(self.parameters.lost_after_s, TUNING.lost_frames * self._step_s)
+        return max(self.parameters.lost_after_s, LOST_FRAMES * self._step_s)
 
     def steering_deg_s(
-        self, bearing_deg: float, per_s: float = SKILLS.steer_per_s, limit_deg_s: float = SKILLS.steer_limit_deg_s
+        self, bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S
     ) -> float:
         """Return how fast to turn towards a bearing: slower where looks are far apart, as on a slow link."""
-        return steering_deg_s(bearing_deg, min(per_s, TUNING.corrects / max(self._step_s, 0.01)), limit_deg_s)
+        return steering_deg_s(bearing_deg, min(per_s, CORRECTS / max(self._step_s, 0.01)), limit_deg_s)
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

@@ -12,26 +12,15 @@ from behaviors.evidence import Evidence
 from behaviors.mission import AdaptiveParameters
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, Candidate, Choice, per_success_s
 
-
-@dataclass(frozen=True, slots=True)
-class PolicyTuning:
-    """Tuning constants of the rule, beyond those that a mission sets.
-
-    Attributes:
-        shortest_wait_s: Shorter waits are not proposed.
-        worth_a_look: A rescan with a smaller chance is not proposed while there is another viewpoint.
-        beside_still_mm: A detour around a still object over this much unknown floor is estimated to be passable with
-            probability 1/e. How often such detours succeed is counted.
-        beside_moving_mm: The same around one that moves: people come through doors, and beside a door is a wall.
-    """
-
-    shortest_wait_s: float = 0.5
-    worth_a_look: float = 0.02
-    beside_still_mm: float = 1000.0
-    beside_moving_mm: float = 100.0
-
-
-TUNING = PolicyTuning()
+SHORTEST_WAIT_S = 0.5
+"""Shorter waits are not proposed."""
+WORTH_A_LOOK = 0.02
+"""A rescan with a smaller chance is not proposed while there is another viewpoint."""
+BESIDE_STILL_MM = 1000.0
+"""A detour around a still object over this much unknown floor is estimated to be passable with probability 1/e. How
+often such detours succeed is counted."""
+BESIDE_MOVING_MM = 100.0
+"""The same around one that moves: people come through doors, and beside a door is a wall."""
 USUAL = AdaptiveParameters()
 
 
@@ -106,7 +95,7 @@ class AdaptivePolicy:
             return
         past, around = None, "there is no path around it"
         if detour:
-            passable_mm = TUNING.beside_moving_mm if blocker.moving else TUNING.beside_still_mm
+            passable_mm = BESIDE_MOVING_MM if blocker.moving else BESIDE_STILL_MM
             passable = math.exp(-detour.unknown_mm / passable_mm)
             chance, situation = self.chances.of(DETOUR, evidence, passable)
             around = f"going round takes {detour.extra_s:.0f} s longer, with a chance of {chance:.0%}"
@@ -116,7 +105,7 @@ class AdaptivePolicy:
         wait_s = self.fixed_wait_s
         if wait_s is None:
             wait_s = best_wait_s(mixture, past.expected_s if past else math.inf)
-        if wait_s >= TUNING.shortest_wait_s:
+        if wait_s >= SHORTEST_WAIT_S:
             leaves = sum(each.weight * (1.0 - each.survival(wait_s)) for each in mixture)
             chance, situation = self.chances.of(WAIT, evidence, leaves)
             choice = Choice(WAIT, f"it may leave; {around}", wait_s=wait_s)
@@ -145,7 +134,7 @@ class AdaptivePolicy:
     def _looking(self, evidence: Evidence) -> Iterator[Candidate]:
         here = evidence.here
         in_sight = evidence.blocker is not None and not evidence.blocker.hides
-        if not in_sight and here is not None and (here.chance >= TUNING.worth_a_look or not evidence.viewpoints):
+        if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
             chance, situation = self.chances.of(RESCAN, evidence, here.chance)
             choice = Choice(RESCAN, f"{chance:.0%} chance that it was overlooked here")
             yield Candidate(choice, here.seconds, chance, situation=situation)

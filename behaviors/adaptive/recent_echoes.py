@@ -4,35 +4,22 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
 
-
-@dataclass(frozen=True, slots=True)
-class EchoTuning:
-    """Tuning constants: what counts as previously free.
-
-    Attributes:
-        kept_s: Beams are remembered this long.
-        core_deg: A place within this angle of the beam's axis is well within the beam.
-        arc_deg: The source of an echo may be this far to either side of the axis.
-        farthest_mm: Beams say nothing about places farther away than this: small things give no echo from there.
-        past_mm: An echo from this much farther than a place says that the place is free; no echo may mean a slanted
-            side.
-        beams: Number of such beams in a row that are needed.
-    """
-
-    kept_s: float = 8.0
-    core_deg: float = 10.0
-    arc_deg: float = 12.0
-    farthest_mm: float = 1300.0
-    past_mm: float = 250.0
-    beams: int = 3
-
-
-TUNING = EchoTuning()
+KEPT_S = 8.0
+"""Beams are remembered this long."""
+CORE_DEG = 10.0
+"""A place within this angle of the beam's axis is well within the beam."""
+ARC_DEG = 12.0
+"""The source of an echo may be this far to either side of the axis."""
+FARTHEST_MM = 1300.0
+"""Beams say nothing about places farther away than this: small things give no echo from there."""
+PAST_MM = 250.0
+"""An echo from this much farther than a place says that the place is free; no echo may mean a slanted side."""
+BEAMS = 3
+"""Number of such beams in a row that are needed."""
 
 
 class RecentEchoes:
@@ -50,7 +37,7 @@ class RecentEchoes:
         """Add the current echo; a missing echo says nothing, since slanted sides deflect the sound."""
         if range_mm is not None:
             self._beams.append((now_s, pose, range_mm))
-        while self._beams and self._beams[0][0] < now_s - TUNING.kept_s:
+        while self._beams and self._beams[0][0] < now_s - KEPT_S:
             self._beams.popleft()
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
@@ -61,7 +48,7 @@ class RecentEchoes:
         What stands still and comes into the beam as the robot turns was not in earlier beams.
         """
         distance_mm = self._sonar_forward_mm + range_mm
-        return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-TUNING.arc_deg, 0.0, TUNING.arc_deg))
+        return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-ARC_DEG, 0.0, ARC_DEG))
 
     def _passed(self, place: Point) -> bool:
         """Return whether several beams in a row went past this place."""
@@ -70,8 +57,8 @@ class RecentEchoes:
             distance_mm = self._within(pose, place)
             if distance_mm is None:
                 continue
-            passed = passed + 1 if range_mm >= distance_mm + TUNING.past_mm else 0
-            if passed >= TUNING.beams:
+            passed = passed + 1 if range_mm >= distance_mm + PAST_MM else 0
+            if passed >= BEAMS:
                 return True
         return False
 
@@ -81,4 +68,4 @@ class RecentEchoes:
         dx, dy = place[0] - x_mm, place[1] - y_mm
         distance_mm = math.hypot(dx, dy)
         off_deg = abs(wrapped_deg(math.degrees(math.atan2(dy, dx)) - pose.heading_deg))
-        return distance_mm if distance_mm <= TUNING.farthest_mm and off_deg <= TUNING.core_deg else None
+        return distance_mm if distance_mm <= FARTHEST_MM and off_deg <= CORE_DEG else None

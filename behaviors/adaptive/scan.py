@@ -3,56 +3,43 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from behaviors.adaptive.perception import Perception, blocker_without_echo
-from behaviors.adaptive.turn_scale import TUNING as TURNS
+from behaviors.adaptive.turn_scale import ENOUGH_DEG, FURTHER_DEG
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.skills import sighted
 
-
-@dataclass(frozen=True, slots=True)
-class ScanTuning:
-    """Tuning constants of scanning.
-
-    Attributes:
-        step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
-        burst_step_deg: No more than this between two looks at several frames each, as on a slow link.
-        slowest_deg_s: It turns no slower, however slow the link.
-        full_deg: An arc this wide is a full turn; the width of a frame covers the rest.
-        known_deg: A target is first looked for where it is remembered, this far to either side.
-        remembered_share: This is done when it is nearer than this share of its detector's range.
-        held_s: Time over which the progress of a turn is measured.
-        held_deg: A turn that comes no farther than this in `held_s` is held by something.
-        longest_step_s: What takes longer is a pause, as on a slow link.
-        beyond_mm: A target may be this far behind the source of an echo at the side of the sonar's cone.
-        aim_deg: The beginning of an arc need not be met more exactly.
-        worth_a_turn: A scan with less chance of success is skipped, except the first one at the start, since people
-            usually start the robot near a target.
-        start_mm: Within this distance of its starting point the robot is still at the start.
-        frames_at_rest: This many frames are evaluated before a turn begins; a detection is accepted when a second frame
-            confirms it.
-    """
-
-    step_deg: float = 6.0
-    burst_step_deg: float = 24.0
-    slowest_deg_s: float = 10.0
-    full_deg: float = 330.0
-    known_deg: float = 25.0
-    remembered_share: float = 0.9
-    held_s: float = 3.0
-    held_deg: float = 6.0
-    longest_step_s: float = 0.6
-    beyond_mm: float = 500.0
-    aim_deg: float = 8.0
-    worth_a_turn: float = 0.015
-    start_mm: float = 100.0
-    frames_at_rest: int = 3
-
-
-TUNING = ScanTuning()
+STEP_DEG = 6.0
+"""The robot turns no more than this between two frames, so that neighbouring frames show the same thing."""
+BURST_STEP_DEG = 24.0
+"""No more than this between two looks at several frames each, as on a slow link."""
+SLOWEST_DEG_S = 10.0
+"""It turns no slower, however slow the link."""
+FULL_DEG = 330.0
+"""An arc this wide is a full turn; the width of a frame covers the rest."""
+KNOWN_DEG = 25.0
+"""A target is first looked for where it is remembered, this far to either side."""
+REMEMBERED_SHARE = 0.9
+"""This is done when it is nearer than this share of its detector's range."""
+HELD_S = 3.0
+"""Time over which the progress of a turn is measured."""
+HELD_DEG = 6.0
+"""A turn that comes no farther than this in `HELD_S` is held by something."""
+LONGEST_STEP_S = 0.6
+"""What takes longer is a pause, as on a slow link."""
+BEYOND_MM = 500.0
+"""A target may be this far behind the source of an echo at the side of the sonar's cone."""
+AIM_DEG = 8.0
+"""The beginning of an arc need not be met more exactly."""
+WORTH_A_TURN = 0.015
+"""A scan with less chance of success is skipped, except the first one at the start, since people usually start the
+robot near a target."""
+START_MM = 100.0
+"""Within this distance of its starting point the robot is still at the start."""
+FRAMES_AT_REST = 3
+"""This many frames are evaluated before a turn begins; a detection is accepted when a second frame confirms it."""
 
 
 class ScanSkill:
@@ -86,10 +73,10 @@ class ScanSkill:
         if known is None:
             return None
         _, distance_mm = perception.world.pose.polar_to(known.place)
-        if distance_mm > TUNING.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
+        if distance_mm > REMEMBERED_SHARE * perception.world.targets.detection_range_mm[perception.target]:
             return None
         fact = self._face(perception.world.camera_turn_deg(known.place))
-        fact = fact or self._rest() or self._sweep(TUNING.known_deg) or self._sweep(-2 * TUNING.known_deg)
+        fact = fact or self._rest() or self._sweep(KNOWN_DEG) or self._sweep(-2 * KNOWN_DEG)
         if fact is None:
             perception.world.targets.reconsider(perception.target)
         return fact
@@ -101,16 +88,16 @@ class ScanSkill:
         world.targets.flush_looks()
         belief = world.targets.beliefs[perception.target]
         chance = belief.chance_from(*world.here, world.floor)
-        first = math.hypot(*world.here) < TUNING.start_mm and not world.targets.searched(perception.target)
-        if chance < TUNING.worth_a_turn and not first:
+        first = math.hypot(*world.here) < START_MM and not world.targets.searched(perception.target)
+        if chance < WORTH_A_TURN and not first:
             return None
         if perception.doubts_turns:
             return self._scan_past_the_start()
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.parameters.scan_deg_s)
         margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
-        if end_deg - begin_deg >= TUNING.full_deg - 2 * margin_deg:
-            return self._sweep(TUNING.full_deg)
+        if end_deg - begin_deg >= FULL_DEG - 2 * margin_deg:
+            return self._sweep(FULL_DEG)
         if end_deg <= begin_deg:
             begin_deg = end_deg = (begin_deg + end_deg) / 2
         # to the nearer end first
@@ -118,16 +105,16 @@ class ScanSkill:
         to_begin, to_end = (wrapped_deg(each - looks_deg) for each in (begin_deg, end_deg))
         width_deg = end_deg - begin_deg
         first_deg, sweep_deg = (to_begin, width_deg) if abs(to_begin) <= abs(to_end) else (to_end, -width_deg)
-        fact = self._face(first_deg) if abs(first_deg) > TUNING.aim_deg else None
+        fact = self._face(first_deg) if abs(first_deg) > AIM_DEG else None
         return fact or self._rest() or self._sweep(sweep_deg)
 
     def _scan_past_the_start(self) -> Fact | None:
         """Scan on until the first echoes are received again, to learn how far the robot really turns."""
         perception = self._perception
         perception.begin_turn()
-        fact = self._sweep(TURNS.enough_deg)
+        fact = self._sweep(ENOUGH_DEG)
         while fact is None and not perception.turns.complete:
-            fact = self._sweep(TURNS.further_deg)
+            fact = self._sweep(FURTHER_DEG)
         if fact is None:
             perception.context.body.stop()
             perception.learn_turns()
@@ -142,7 +129,7 @@ class ScanSkill:
 
     def _rest(self) -> Fact | None:
         """Evaluate a few frames at rest: the target may be in view already."""
-        for _ in range(math.ceil(TUNING.frames_at_rest / self._perception.frames)):
+        for _ in range(math.ceil(FRAMES_AT_REST / self._perception.frames)):
             if (fact := self._see()) is not None:
                 return fact
         return None
@@ -159,17 +146,15 @@ class ScanSkill:
             if (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = perception.world.pose.heading_deg, perception.now()
-            still_s += min(now_s - then_s, TUNING.longest_step_s)
-            if abs(heading_deg - moved_deg) > TUNING.held_deg:
+            still_s += min(now_s - then_s, LONGEST_STEP_S)
+            if abs(heading_deg - moved_deg) > HELD_DEG:
                 moved_deg, still_s = heading_deg, 0.0
-            elif still_s > TUNING.held_s:
+            elif still_s > HELD_S:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=blocker_without_echo())
             # on a slow link steps take longer: turn slower
-            step_deg = TUNING.burst_step_deg if perception.frames > 1 else TUNING.step_deg
-            self._rate_deg_s = max(
-                TUNING.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s))
-            )
+            step_deg = BURST_STEP_DEG if perception.frames > 1 else STEP_DEG
+            self._rate_deg_s = max(SLOWEST_DEG_S, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s)))
             then_s = now_s
         return None
 
@@ -186,4 +171,4 @@ class ScanSkill:
         if self._range_mm is None:
             return slow_deg_s
         farthest_mm = perception.world.targets.detection_range_mm[perception.target]
-        return slow_deg_s * max(1.0, farthest_mm / (self._range_mm + TUNING.beyond_mm))
+        return slow_deg_s * max(1.0, farthest_mm / (self._range_mm + BEYOND_MM))

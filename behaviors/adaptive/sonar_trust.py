@@ -3,35 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Pose
 
-
-@dataclass(frozen=True, slots=True)
-class SonarTuning:
-    """Tuning constants of the test of a sonar.
-
-    Attributes:
-        silent_s: A sonar without an echo for this time may be dead; in a room there is mostly something in range.
-        stuck_mm: The same echo over a path of this length is not an echo; a sonar measures centimetres.
-        stuck_deg: So is the same echo over turns of this much in all.
-        certain_deg: A sonar that repeats an echo while the robot turns by this from one heading to another is certainly
-            stuck: a wall is at the same distance over twice the beam at most, and a corner over little more.
-        doubted_deg: Over this much it is doubtful; a turn of `certain_deg` decides.
-        fresh: After this many different echoes it is trusted again.
-    """
-
-    silent_s: float = 5.0
-    stuck_mm: float = 200.0
-    stuck_deg: float = 40.0
-    certain_deg: float = 150.0
-    doubted_deg: float = 60.0
-    fresh: int = 3
-
-
-TUNING = SonarTuning()
+SILENT_S = 5.0
+"""A sonar without an echo for this time may be dead; in a room there is mostly something in range."""
+STUCK_MM = 200.0
+"""The same echo over a path of this length is not an echo; a sonar measures centimetres."""
+STUCK_DEG = 40.0
+"""So is the same echo over turns of this much in all."""
+CERTAIN_DEG = 150.0
+"""A sonar that repeats an echo while the robot turns by this from one heading to another is certainly stuck: a wall is
+at the same distance over twice the beam at most, and a corner over little more."""
+DOUBTED_DEG = 60.0
+"""Over this much it is doubtful; a turn of `CERTAIN_DEG` decides."""
+FRESH = 3
+"""After this many different echoes it is trusted again."""
 
 
 class SonarTrust:
@@ -50,17 +38,17 @@ class SonarTrust:
         self._pose: Pose | None = None
         self._last_mm: float | None = None
         self._path_mm = self._turn_deg = 0.0
-        self._fresh = TUNING.fresh
+        self._fresh = FRESH
 
     @property
     def silent(self) -> bool:
         """Whether there has been no echo for some time: then a missing echo does not mean that the path is free."""
-        return self._now_s - self._last_echo_s > TUNING.silent_s
+        return self._now_s - self._last_echo_s > SILENT_S
 
     @property
     def doubtful(self) -> bool:
         """Whether it holds the robot by an echo that no wall would give in all these directions; a corner might."""
-        return self.stopped and not self.stuck and self._repeated_deg > TUNING.doubted_deg
+        return self.stopped and not self.stuck and self._repeated_deg > DOUBTED_DEG
 
     @property
     def _repeated_deg(self) -> float:
@@ -81,12 +69,10 @@ class SonarTrust:
             self.stopped = False
             self._fresh += 1
         self._pose, self._last_mm = pose, range_mm
-        if self._path_mm > TUNING.stuck_mm or self._turn_deg > TUNING.stuck_deg:
+        if self._path_mm > STUCK_MM or self._turn_deg > STUCK_DEG:
             self._fresh = 0
-        self.stuck = (self.stuck and self._fresh < TUNING.fresh) or (
-            self.stopped and self._repeated_deg > TUNING.certain_deg
-        )
-        if self._fresh < TUNING.fresh:
+        self.stuck = (self.stuck and self._fresh < FRESH) or (self.stopped and self._repeated_deg > CERTAIN_DEG)
+        if self._fresh < FRESH:
             return None
         self._last_echo_s = now_s
         return range_mm

@@ -26,49 +26,36 @@ RANGE_HEIGHTS = {"picture": 17.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color
 OTHER_RANGE_HEIGHTS = 12.0
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
-
-@dataclass(frozen=True, slots=True)
-class TargetTuning:
-    """Tuning constants of the memory of targets.
-
-    Attributes:
-        farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
-            1.2, from the front.
-        half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        shown_share: A target of which the frame shows a smaller share of its height may be missed.
-        decay_every_s: Beliefs age in steps of this time.
-        new_look_s: A sighting this long after the last one is new evidence, not the same look again.
-        settles: Weight of a new sighting in the estimate of a target's place and of its edges, 0..1.
-        held: A remembered place is kept as long as the belief in it is stronger.
-        jump_mm: A sighting farther than this from the last one is of something that moved, or of something else.
-        jump_share: For sightings within `new_look_s`, this share of the distance replaces `jump_mm` if it is more.
-        step_deg: Looks update the belief together if their headings differ by less than this and their places by less
-            than `step_mm`.
-        step_mm: See `step_deg`.
-        inside_mm: A place where a target is seen is at least this far from the map's edge.
-        floor_deg: Where a lower edge is seen less far below level than this, it does not say how far away the floor is.
-        beyond: An echo from this many times farther away than the floor at a target's lower edge is not the target's.
-        new_mm: An object that hides a target from a place also hides it from this far beside it, with probability 1/e.
-    """
-
-    farthest_mm: float = 4500.0
-    half_view_share: float = 0.42
-    shown_share: float = 0.85
-    decay_every_s: float = 5.0
-    new_look_s: float = 1.0
-    settles: float = 0.4
-    held: float = 0.25
-    jump_mm: float = 500.0
-    jump_share: float = 0.3
-    step_deg: float = 6.0
-    step_mm: float = 120.0
-    inside_mm: float = 200.0
-    floor_deg: float = 4.0
-    beyond: float = 1.25
-    new_mm: float = 500.0
-
-
-TUNING = TargetTuning()
+FARTHEST_MM = 4500.0
+"""No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section 1.2, from the
+front."""
+HALF_VIEW_SHARE = 0.42
+"""A target nearer to the frame's edge than this share of the field of view is partly outside."""
+SHOWN_SHARE = 0.85
+"""A target of which the frame shows a smaller share of its height may be missed."""
+DECAY_EVERY_S = 5.0
+"""Beliefs age in steps of this time."""
+NEW_LOOK_S = 1.0
+"""A sighting this long after the last one is new evidence, not the same look again."""
+SETTLES = 0.4
+"""Weight of a new sighting in the estimate of a target's place and of its edges, 0..1."""
+HELD = 0.25
+"""A remembered place is kept as long as the belief in it is stronger."""
+JUMP_MM = 500.0
+"""A sighting farther than this from the last one is of something that moved, or of something else."""
+JUMP_SHARE = 0.3
+"""For sightings within `NEW_LOOK_S`, this share of the distance replaces `JUMP_MM` if it is more."""
+STEP_DEG = 6.0
+STEP_MM = 120.0
+"""Looks update the belief together if their headings and their places differ by less than these."""
+INSIDE_MM = 200.0
+"""A place where a target is seen is at least this far from the map's edge."""
+FLOOR_DEG = 4.0
+"""Where a lower edge is seen less far below level than this, it does not say how far away the floor is."""
+BEYOND = 1.25
+"""An echo from this many times farther away than the floor at a target's lower edge is not the target's."""
+NEW_MM = 500.0
+"""An object that hides a target from a place also hides it from this far beside it, with probability 1/e."""
 
 
 @dataclass(slots=True)
@@ -125,9 +112,9 @@ class TargetMemory:
         self.slant = Slant()
         self.known: dict[str, TargetEstimate] = {}
         self.mismatched: set[str] = set()
-        self.half_view_deg = mission.camera.hfov_deg * TUNING.half_view_share
+        self.half_view_deg = mission.camera.hfov_deg * HALF_VIEW_SHARE
         self.detection_range_mm = {
-            name: min(TUNING.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
+            name: min(FARTHEST_MM, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
             for name, target in mission.target.items()
         }
         self._fit = FrameFit(mission.camera)
@@ -144,7 +131,7 @@ class TargetMemory:
         """Let the beliefs age."""
         if self._decayed_s is None:
             self._decayed_s = now_s
-        elif now_s - self._decayed_s >= TUNING.decay_every_s:
+        elif now_s - self._decayed_s >= DECAY_EVERY_S:
             for belief in self.beliefs.values():
                 belief.decay(now_s - self._decayed_s)
             self._decayed_s = now_s
@@ -181,7 +168,7 @@ class TargetMemory:
         floor_mm = self._floor_mm(sighting)
         if range_mm is None or floor_mm is None or not self.scale.guessed(sighting.target):
             return False
-        return range_mm + self.scale.sonar_ahead_mm > TUNING.beyond * floor_mm
+        return range_mm + self.scale.sonar_ahead_mm > BEYOND * floor_mm
 
     def found_within_mm(self, target: str) -> float:
         """Return how far away a target's detector finds it; one that is larger than guessed, from farther."""
@@ -201,7 +188,7 @@ class TargetMemory:
     def fits(self, target: str, distance_mm: float) -> bool:
         """Return whether the frame shows so much of a target at this distance that it should be found."""
         edges_mm = self._edges_mm(target)
-        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= TUNING.shown_share
+        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= SHOWN_SHARE
 
     def _edges_mm(self, target: str) -> Edges | None:
         known = self.known.get(target)
@@ -245,7 +232,7 @@ class TargetMemory:
         """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
         self.flush_looks()
         known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < TUNING.held:
+        if known is not None and self.beliefs[target].held_at(known.place) < HELD:
             del self.known[target]
 
     def chance_from(self, target: str, place: Point) -> float:
@@ -272,7 +259,7 @@ class TargetMemory:
     def novelty(self, target: str, place: Point) -> float:
         """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
         nearest_mm = min((math.dist(here, place) for here in self._looked_from.get(target, ())), default=math.inf)
-        return 1.0 - math.exp(-nearest_mm / TUNING.new_mm)
+        return 1.0 - math.exp(-nearest_mm / NEW_MM)
 
     def _forget(self, target: str) -> TargetEstimate | None:
         """Update with a target that is not where it is remembered; return what was remembered."""
@@ -298,13 +285,13 @@ class TargetMemory:
     def _elsewhere(self, sighting: Sighting, lens: Pose) -> bool:
         """Return whether a target is seen elsewhere within a moment; the earlier place then stays valid for a while."""
         known = self.known.get(sighting.target)
-        if known is None or sighting.time_s - known.time_s > TUNING.new_look_s:
+        if known is None or sighting.time_s - known.time_s > NEW_LOOK_S:
             return False
         distance_mm = sighting.distance_mm
         if self.scale.unknown(sighting.target):  # an echo may change it at any time, so only the direction counts
             _, distance_mm = lens.polar_to(known.place)
         place = lens.ahead(distance_mm, sighting.bearing_deg)
-        return math.dist(known.place, place) > max(TUNING.jump_mm, TUNING.jump_share * sighting.distance_mm)
+        return math.dist(known.place, place) > max(JUMP_MM, JUMP_SHARE * sighting.distance_mm)
 
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
         """Return a sighting with the best estimate of distance and bearing."""
@@ -332,7 +319,7 @@ class TargetMemory:
     def _floor_mm(self, sighting: Sighting) -> float | None:
         """Return how far in front of the lens the floor is at a target's lower edge: no target is farther."""
         lower_deg = sighting.lower_deg
-        return None if lower_deg is None or lower_deg < TUNING.floor_deg else self._camera.floor_mm(lower_deg)
+        return None if lower_deg is None or lower_deg < FLOOR_DEG else self._camera.floor_mm(lower_deg)
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
@@ -341,15 +328,15 @@ class TargetMemory:
         place, here = lens.ahead(sighting.distance_mm, sighting.bearing_deg), lens.point
         self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) > TUNING.jump_mm:
+        if before is not None and math.dist(before.place, place) > JUMP_MM:
             before = None
         if before is not None:
             place = (
-                before.place[0] + TUNING.settles * (place[0] - before.place[0]),
-                before.place[1] + TUNING.settles * (place[1] - before.place[1]),
+                before.place[0] + SETTLES * (place[0] - before.place[0]),
+                before.place[1] + SETTLES * (place[1] - before.place[1]),
             )
-        if before is None or sighting.time_s - before.time_s > TUNING.new_look_s:
-            if self._floor.include(place, margin_mm=TUNING.inside_mm):
+        if before is None or sighting.time_s - before.time_s > NEW_LOOK_S:
+            if self._floor.include(place, margin_mm=INSIDE_MM):
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         edges_mm = self._edges_with(sighting, None if before is None else before.edges_mm)
@@ -359,7 +346,7 @@ class TargetMemory:
         """Move the targets seen in a turn on the spot, which was `scale` times as far as from `begin` to `end`."""
         for target, known in self.known.items():
             share = (known.seen_from.heading_deg - begin.heading_deg) / (end.heading_deg - begin.heading_deg)
-            if 0.0 <= share <= 1.0 and known.seen_from.distance_mm_to(begin) <= TUNING.step_mm:
+            if 0.0 <= share <= 1.0 and known.seen_from.distance_mm_to(begin) <= STEP_MM:
                 bearing_deg, distance_mm = known.seen_from.polar_to(known.place)
                 known.seen_from = corrected(known.seen_from, begin, scale)
                 known.place = known.seen_from.ahead(distance_mm, bearing_deg)
@@ -371,7 +358,7 @@ class TargetMemory:
         if sighting.cut or seen is None or math.isinf(self._fit.fills_mm(seen)):
             return before
         lower_mm, upper_mm = before or seen
-        return lower_mm + TUNING.settles * (seen[0] - lower_mm), upper_mm + TUNING.settles * (seen[1] - upper_mm)
+        return lower_mm + SETTLES * (seen[0] - lower_mm), upper_mm + SETTLES * (seen[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
         """Update the beliefs for the known floor, and for all places on a map that has grown."""
@@ -382,8 +369,7 @@ class TargetMemory:
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > TUNING.step_deg
-            or unseen.pose.distance_mm_to(pose) > TUNING.step_mm
+            abs(unseen.pose.heading_deg - pose.heading_deg) > STEP_DEG or unseen.pose.distance_mm_to(pose) > STEP_MM
         ):
             self.beliefs[target].look(unseen.pose, self._floor, unseen.frames)
             unseen = None

@@ -1,7 +1,7 @@
 """Target or look-alike: Wald's sequential test on how steadily the detector finds it.
 
 A detector finds the real target in most frames from near enough, and a look-alike only now and then. Each frame shifts
-the odds; the test stops as soon as they are clear enough.
+the odds; the test stops as soon as they are clear enough. docs/adaptive.md shows what the constants lead to.
 """
 
 from __future__ import annotations
@@ -10,35 +10,24 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-
-@dataclass(frozen=True, slots=True)
-class VerifierTuning:
-    """Tuning constants of the test; docs/adaptive.md shows what they lead to.
-
-    Attributes:
-        clear_rate: Share of the frames in which the real target is found at least, in good light.
-        unclear_rate: Share of the frames in which a look-alike is found at most.
-        clear: Log odds at which it is clear whether it is found like the one or like the other.
-        real_rate: Share of the frames in which the real target is found, in poor light.
-        mistake_rate: Share of the frames in which a look-alike is found.
-        accept: Log odds at which the test accepts: a wrong stop is worse than another look.
-        reject: Log odds at which it rejects.
-    """
-
-    clear_rate: float = 0.90
-    unclear_rate: float = 0.60
-    clear: float = math.log(100.0)
-    real_rate: float = 0.60
-    mistake_rate: float = 0.30
-    accept: float = math.log(300.0)
-    reject: float = -math.log(500.0)
-
-
-TUNING = VerifierTuning()
-_HIT = math.log(TUNING.real_rate / TUNING.mistake_rate)
-_MISS = math.log((1.0 - TUNING.real_rate) / (1.0 - TUNING.mistake_rate))
-_CLEAR_HIT = math.log(TUNING.clear_rate / TUNING.unclear_rate)
-_CLEAR_MISS = math.log((1.0 - TUNING.clear_rate) / (1.0 - TUNING.unclear_rate))
+CLEAR_RATE = 0.90
+"""Share of the frames in which the real target is found at least, in good light."""
+UNCLEAR_RATE = 0.60
+"""Share of the frames in which a look-alike is found at most."""
+CLEAR = math.log(100.0)
+"""Log odds at which it is clear whether it is found like the one or like the other."""
+REAL_RATE = 0.60
+"""Share of the frames in which the real target is found, in poor light."""
+MISTAKE_RATE = 0.30
+"""Share of the frames in which a look-alike is found."""
+ACCEPT = math.log(300.0)
+"""Log odds at which the test accepts: a wrong stop is worse than another look."""
+REJECT = -math.log(500.0)
+"""Log odds at which it rejects."""
+_HIT = math.log(REAL_RATE / MISTAKE_RATE)
+_MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))
+_CLEAR_HIT = math.log(CLEAR_RATE / UNCLEAR_RATE)
+_CLEAR_MISS = math.log((1.0 - CLEAR_RATE) / (1.0 - UNCLEAR_RATE))
 
 
 class Verdict(StrEnum):
@@ -68,9 +57,9 @@ class TargetVerifier:
         Frames without a detection count only when the next detection comes: until then the target may be hidden.
         """
         if hit:
-            self.odds = max(2 * TUNING.reject, min(2 * TUNING.accept, self.odds + _HIT + self._missed * _MISS))
+            self.odds = max(2 * REJECT, min(2 * ACCEPT, self.odds + _HIT + self._missed * _MISS))
             change = _CLEAR_HIT + self._missed * _CLEAR_MISS
-            self.clarity = max(-2 * TUNING.clear, min(2 * TUNING.clear, self.clarity + change))
+            self.clarity = max(-2 * CLEAR, min(2 * CLEAR, self.clarity + change))
             self._missed = 0
         else:
             self._missed += 1
@@ -82,16 +71,16 @@ class TargetVerifier:
     @property
     def clear(self) -> bool:
         """Whether it is found as steadily as only the target can be, in good light."""
-        return self.clarity >= TUNING.clear
+        return self.clarity >= CLEAR
 
     @property
     def unclear(self) -> bool:
         """Whether it is found no more steadily than a look-alike, or than the target in poor light."""
-        return self.clarity <= -TUNING.clear
+        return self.clarity <= -CLEAR
 
     @property
     def verdict(self) -> Verdict:
         """The result at the current odds."""
-        if self.odds >= TUNING.accept:
+        if self.odds >= ACCEPT:
             return Verdict.REAL
-        return Verdict.MISTAKEN if self.odds <= TUNING.reject else Verdict.OPEN
+        return Verdict.MISTAKEN if self.odds <= REJECT else Verdict.OPEN

@@ -8,53 +8,38 @@ the angle between the two times, by the wheel counts, corresponds to 360 degrees
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.ports import Pose
 
-
-@dataclass(frozen=True, slots=True)
-class TurnTuning:
-    """Tuning constants of the estimate.
-
-    Attributes:
-        enough_deg: A turn this long, by the wheels, shows the scale if the echoes showed edges at its beginning.
-        further_deg: Otherwise the turn continues by this much at a time.
-        longest_deg: Maximum length of the turn.
-        most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
-        least: A smaller share may be an accident of the echoes, and is ignored.
-        overlap_deg: The arc that is measured twice must be at least this wide.
-        step_deg: Echoes are compared this far apart; the sonar's beam is far wider.
-        farthest_mm: Echoes from farther away, and missing echoes, count as this.
-        outlier_mm: A larger difference counts as this: something moved, or a beam just missed an edge.
-        fits_mm: Echoes that differ by more in the mean do not fit.
-        distinct: Scales that differ from the best one by more than `apart_deg` in a turn must fit worse by this share
-            of its misfit, and by `distinct_mm`.
-        distinct_mm: See `distinct`; where nothing is near, every scale fits.
-        apart_deg: See `distinct`.
-        moved_mm: A robot that moved farther than this has not turned on the spot.
-    """
-
-    enough_deg: float = 425.0
-    further_deg: float = 15.0
-    longest_deg: float = 485.0
-    most: float = 0.15
-    least: float = 0.012
-    overlap_deg: float = 24.0
-    step_deg: float = 2.0
-    farthest_mm: float = 2000.0
-    outlier_mm: float = 150.0
-    fits_mm: float = 60.0
-    distinct: float = 0.6
-    distinct_mm: float = 15.0
-    apart_deg: float = 8.0
-    moved_mm: float = 40.0
-
-
-TUNING = TurnTuning()
+ENOUGH_DEG = 425.0
+"""A turn this long, by the wheels, shows the scale if the echoes showed edges at its beginning."""
+FURTHER_DEG = 15.0
+"""Otherwise the turn continues by this much at a time."""
+LONGEST_DEG = 485.0
+"""Maximum length of the turn."""
+MOST = 0.15
+"""Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip."""
+LEAST = 0.012
+"""A smaller share may be an accident of the echoes, and is ignored."""
+OVERLAP_DEG = 24.0
+"""The arc that is measured twice must be at least this wide."""
+STEP_DEG = 2.0
+"""Echoes are compared this far apart; the sonar's beam is far wider."""
+FARTHEST_MM = 2000.0
+"""Echoes from farther away, and missing echoes, count as this."""
+OUTLIER_MM = 150.0
+"""A larger difference counts as this: something moved, or a beam just missed an edge."""
+FITS_MM = 60.0
+"""Echoes that differ by more in the mean do not fit."""
+APART_DEG, DISTINCT, DISTINCT_MM = 8.0, 0.6, 15.0
+"""Scales that differ from the best one by more than `APART_DEG` in a turn must fit worse by the share `DISTINCT` of its
+misfit, and by `DISTINCT_MM`: where nothing is near, every scale fits."""
+MOVED_MM = 40.0
+"""A robot that moved farther than this has not turned on the spot."""
 
 Array = NDArray[np.float64]
 Beam = tuple[Pose, float | None]
@@ -80,7 +65,7 @@ class TurnScale:
     @property
     def complete(self) -> bool:
         """Whether the turn shows the scale of turns, or is too long to continue."""
-        return abs(self.turned_deg) >= TUNING.longest_deg or self.estimate() is not None
+        return abs(self.turned_deg) >= LONGEST_DEG or self.estimate() is not None
 
     def begin(self) -> None:
         """Begin with a new turn."""
@@ -88,30 +73,28 @@ class TurnScale:
 
     def add(self, pose: Pose, range_mm: float | None) -> None:
         """Add an echo, or None for a missing one; where the robot moved on, a new turn begins."""
-        if self._beams and self._beams[0][0].distance_mm_to(pose) > TUNING.moved_mm:
+        if self._beams and self._beams[0][0].distance_mm_to(pose) > MOVED_MM:
             self._beams.clear()
         self._beams.append((pose, range_mm))
 
     def estimate(self) -> float | None:
         """Return how many degrees the robot turns for each by its wheels; None if the echoes do not show it."""
-        if abs(self.turned_deg) < TUNING.enough_deg:
+        if abs(self.turned_deg) < ENOUGH_DEG:
             return None
         begin = self._beams[0][0].heading_deg
         headings = np.array([abs(pose.heading_deg - begin) for pose, _ in self._beams])
-        ranges = np.array(
-            [TUNING.farthest_mm if each is None else min(each, TUNING.farthest_mm) for _, each in self._beams]
-        )
+        ranges = np.array([FARTHEST_MM if each is None else min(each, FARTHEST_MM) for _, each in self._beams])
         order = np.argsort(headings, kind="stable")
         turns, misfits = _echo_differences(headings[order], ranges[order])
         if not len(turns):
             return None
         best = int(misfits.argmin())
-        elsewhere = misfits[np.abs(turns - turns[best]) > TUNING.apart_deg]
-        least_mm = misfits[best] + max(TUNING.distinct * misfits[best], TUNING.distinct_mm)
-        if misfits[best] > TUNING.fits_mm or elsewhere.min(initial=math.inf) < least_mm:
+        elsewhere = misfits[np.abs(turns - turns[best]) > APART_DEG]
+        least_mm = misfits[best] + max(DISTINCT * misfits[best], DISTINCT_MM)
+        if misfits[best] > FITS_MM or elsewhere.min(initial=math.inf) < least_mm:
             return None
         scale = 360.0 / float(turns[best])
-        return scale if abs(scale - 1.0) >= TUNING.least else 1.0
+        return scale if abs(scale - 1.0) >= LEAST else 1.0
 
 
 def corrected(pose: Pose, begin: Pose, scale: float) -> Pose:
@@ -121,12 +104,12 @@ def corrected(pose: Pose, begin: Pose, scale: float) -> Pose:
 
 def _echo_differences(headings: Array, ranges: Array) -> tuple[Array, Array]:
     """Return full turns by the wheels that are possible, in degrees, and the mean difference of echoes for each, mm."""
-    at = np.arange(headings[0], headings[-1], TUNING.step_deg)
-    turns = np.arange(360.0 / (1 + TUNING.most), 360.0 / (1 - TUNING.most), TUNING.step_deg / 2)
-    turns = turns[turns <= headings[-1] - headings[0] - TUNING.overlap_deg]
+    at = np.arange(headings[0], headings[-1], STEP_DEG)
+    turns = np.arange(360.0 / (1 + MOST), 360.0 / (1 - MOST), STEP_DEG / 2)
+    turns = turns[turns <= headings[-1] - headings[0] - OVERLAP_DEG]
     misfits = []
     for turn_deg in turns:
         first = at[at + turn_deg <= headings[-1]]
         apart = np.interp(first, headings, ranges) - np.interp(first + turn_deg, headings, ranges)
-        misfits.append(np.minimum(np.abs(apart), TUNING.outlier_mm).mean())
+        misfits.append(np.minimum(np.abs(apart), OUTLIER_MM).mean())
     return turns, np.array(misfits)

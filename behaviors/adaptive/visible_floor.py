@@ -21,72 +21,58 @@ from behaviors.ports import FloorRay, Pose
 
 Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True, slots=True)
-class VisibleFloorTuning:
-    """Tuning constants of the estimate.
-
-    Attributes:
-        offset_sd_deg: Standard deviation of the camera's tilt: taped or clamped by hand. A guess.
-        calibrated_sd_deg: The same of a camera that was calibrated. Source: docs/calibration.md.
-        scale_sd: Standard deviation of the scale of angles: of the lens's height by eye. A guess.
-        measured_scale_sd: The same where the mission states that height: of a webcam's field of view by its data sheet.
-        calibrated_scale_sd: The same of a camera that was calibrated.
-        yaw_sd_deg: Standard deviation of the direction in which the camera looks.
-        calibrated_yaw_sd_deg: The same of a camera that was calibrated.
-        latency_sd_s: Standard deviation of the time that frames take: a turning robot sees where it looked before.
-        calibrated_latency_sd_s: The same of a camera that was calibrated.
-        exact_mm: The end of the floor is only a hint if it may be farther to the side than this.
-        noise_deg: Standard deviation of the difference between camera and sonar. Measurements of one wall are
-            correlated, so it is not smaller.
-        outlier_chance: Chance that camera and sonar measured two different things: what looks like the floor, or is
-            lower than the beam.
-        outlier_span_deg: The angles of two different things differ by anything within this span.
-        grid_sds: The grid of hypotheses reaches this many standard deviations to either side.
-        grid_steps: Number of hypotheses along each axis of that grid.
-        table_step_mm: Distances are tried in these steps.
-        nearest_rays: Number of rays in the beam, those that end nearest, whose middle one is compared with the echo.
-        ahead_deg: That ray has to be this near to the axis, since the beam fades to the sides.
-        nearest_mm: Echoes from nearer than this are not compared.
-        farthest_mm: Echoes from farther away than this are not compared.
-        moved_mm: After a comparison the robot has to drive this far, or to turn by `turned_deg`, for another one.
-        turned_deg: See `moved_mm`.
-        ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
-        error_mm: Distances that may be wrong by more than this are not used.
-        farthest_used_mm: Larger distances than this are not used either.
-        floor_like_sds: A ray that ends this many standard deviations above the horizon ends at something that looks
-            like the floor.
-    """
-
-    offset_sd_deg: float = 2.0
-    calibrated_sd_deg: float = 0.5
-    scale_sd: float = 0.25
-    measured_scale_sd: float = 0.1
-    calibrated_scale_sd: float = 0.02
-    yaw_sd_deg: float = 2.5
-    calibrated_yaw_sd_deg: float = 1.0
-    latency_sd_s: float = 0.1
-    calibrated_latency_sd_s: float = 0.03
-    exact_mm: float = 120.0
-    noise_deg: float = 0.5
-    outlier_chance: float = 0.4
-    outlier_span_deg: float = 40.0
-    grid_sds: float = 5.0
-    grid_steps: int = 101
-    table_step_mm: float = 50.0
-    nearest_rays: int = 3
-    ahead_deg: float = 6.0
-    nearest_mm: float = 400.0
-    farthest_mm: float = 1500.0
-    moved_mm: float = 100.0
-    turned_deg: float = 10.0
-    ray_sd_deg: float = 0.15
-    error_mm: float = 200.0
-    farthest_used_mm: float = 3000.0
-    floor_like_sds: float = 2.0
-
-
-TUNING = VisibleFloorTuning()
+OFFSET_SD_DEG = 2.0
+"""Standard deviation of the camera's tilt: taped or clamped by hand. A guess."""
+CALIBRATED_SD_DEG = 0.5
+"""The same of a camera that was calibrated. Source: docs/calibration.md."""
+SCALE_SD = 0.25
+"""Standard deviation of the scale of angles: of the lens's height by eye. A guess."""
+MEASURED_SCALE_SD = 0.1
+"""The same where the mission states that height: of a webcam's field of view by its data sheet."""
+CALIBRATED_SCALE_SD = 0.02
+"""The same of a camera that was calibrated."""
+YAW_SD_DEG = 2.5
+"""Standard deviation of the direction in which the camera looks."""
+CALIBRATED_YAW_SD_DEG = 1.0
+"""The same of a camera that was calibrated."""
+LATENCY_SD_S = 0.1
+"""Standard deviation of the time that frames take: a turning robot sees where it looked before."""
+CALIBRATED_LATENCY_SD_S = 0.03
+"""The same of a camera that was calibrated."""
+EXACT_MM = 120.0
+"""The end of the floor is only a hint if it may be farther to the side than this."""
+NOISE_DEG = 0.5
+"""Standard deviation of the difference between camera and sonar. Measurements of one wall are correlated, so it is not
+smaller."""
+OUTLIER_CHANCE = 0.4
+"""Chance that camera and sonar measured two different things: what looks like the floor, or is lower than the beam."""
+OUTLIER_SPAN_DEG = 40.0
+"""The angles of two different things differ by anything within this span."""
+GRID_SDS = 5.0
+"""The grid of hypotheses reaches this many standard deviations to either side."""
+GRID_STEPS = 101
+"""Number of hypotheses along each axis of that grid."""
+TABLE_STEP_MM = 50.0
+"""Distances are tried in these steps."""
+NEAREST_RAYS = 3
+"""Number of rays in the beam, those that end nearest, whose middle one is compared with the echo."""
+AHEAD_DEG = 6.0
+"""That ray has to be this near to the axis, since the beam fades to the sides."""
+NEAREST_MM = 400.0
+"""Echoes from nearer than this are not compared."""
+FARTHEST_MM = 1500.0
+"""Echoes from farther away than this are not compared."""
+MOVED_MM = 100.0
+TURNED_DEG = 10.0
+"""After a comparison the robot has to drive or to turn this far for another one."""
+RAY_SD_DEG = 0.15
+"""Standard deviation of one ray's angle. Source: docs/vision.md section 3."""
+ERROR_MM = 200.0
+"""Distances that may be wrong by more than this are not used."""
+FARTHEST_USED_MM = 3000.0
+"""Larger distances than this are not used either."""
+FLOOR_LIKE_SDS = 2.0
+"""A ray that ends this many standard deviations above the horizon ends at something that looks like the floor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,19 +110,19 @@ class FloorRanges:
 
     def __init__(self, camera: CameraTable, sonar_ahead_mm: float, beam_deg: float, *, calibrated: bool) -> None:
         self._height_mm, self._sonar_ahead_mm, self._beam_deg = camera.height_mm, sonar_ahead_mm, beam_deg
-        sd_deg = TUNING.calibrated_sd_deg if calibrated else TUNING.offset_sd_deg
-        scale_sd = TUNING.measured_scale_sd if "height_mm" in camera.model_fields_set else TUNING.scale_sd
+        sd_deg = CALIBRATED_SD_DEG if calibrated else OFFSET_SD_DEG
+        scale_sd = MEASURED_SCALE_SD if "height_mm" in camera.model_fields_set else SCALE_SD
         if calibrated:
-            scale_sd = TUNING.calibrated_scale_sd
-        span = np.linspace(-TUNING.grid_sds, TUNING.grid_sds, TUNING.grid_steps)
+            scale_sd = CALIBRATED_SCALE_SD
+        span = np.linspace(-GRID_SDS, GRID_SDS, GRID_STEPS)
         offset, scale = np.meshgrid(sd_deg * span, 1.0 + scale_sd * span)
         self._hypotheses = np.stack([offset.ravel(), scale.ravel()])
         self._log_posterior = -(np.add.outer(span**2, span**2).ravel()) / 2
         step = span[1] - span[0]
         self._within_step = np.diag([(sd_deg * step) ** 2, (scale_sd * step) ** 2]) / 12
         self._summarise()
-        self._yaw_sd_deg = TUNING.calibrated_yaw_sd_deg if calibrated else TUNING.yaw_sd_deg
-        self._latency_sd_s = TUNING.calibrated_latency_sd_s if calibrated else TUNING.latency_sd_s
+        self._yaw_sd_deg = CALIBRATED_YAW_SD_DEG if calibrated else YAW_SD_DEG
+        self._latency_sd_s = CALIBRATED_LATENCY_SD_S if calibrated else LATENCY_SD_S
         self._compared_at: Pose | None = None
 
     def measure(self, rays: Sequence[FloorRay], turn_deg_s: float = 0.0) -> VisibleFloor:
@@ -144,16 +130,16 @@ class FloorRanges:
         angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64).reshape(-1, 3)
         offset, scale = self._mean
         below_deg = offset + scale * angles[:, 2]
-        floor_like = below_deg < -TUNING.floor_like_sds * self._sd_deg(angles[:, 2])
+        floor_like = below_deg < -FLOOR_LIKE_SDS * self._sd_deg(angles[:, 2])
         floor_like_deg, floor_like_near_deg, _ = angles[floor_like].T
         bearing, near, end = angles[~floor_like & ((below_deg > 0.0) | (angles[:, 2] > 0.0))].T
         end_mm = self._distance_mm(offset + scale * end)
         error_mm = self._error_mm(end, end_mm)
-        known = (error_mm <= TUNING.error_mm) & (end_mm <= TUNING.farthest_used_mm)
-        free_mm = np.minimum(end_mm, self._sure_mm) - np.minimum(error_mm, TUNING.error_mm)
+        known = (error_mm <= ERROR_MM) & (end_mm <= FARTHEST_USED_MM)
+        free_mm = np.minimum(end_mm, self._sure_mm) - np.minimum(error_mm, ERROR_MM)
         aside_deg = math.hypot(self._yaw_sd_deg, turn_deg_s * self._latency_sd_s)
         free_mm = _least_beside(free_mm, bearing, aside_deg)
-        exact = end_mm * math.radians(aside_deg) <= TUNING.exact_mm
+        exact = end_mm * math.radians(aside_deg) <= EXACT_MM
         near_mm = self._distance_mm(offset + scale * near)
         floor_like_near_mm = self._distance_mm(offset + scale * floor_like_near_deg)
         end_mm = np.where(known, end_mm, np.inf)
@@ -168,28 +154,26 @@ class FloorRanges:
             range_mm: The echo, as it would have been measured from there.
             off_deg: Bearing of its source: the robot may have turned since the frame.
         """
-        if not TUNING.nearest_mm <= range_mm <= TUNING.farthest_mm:
+        if not NEAREST_MM <= range_mm <= FARTHEST_MM:
             return
-        if self._compared_at is not None and pose.is_near(self._compared_at, TUNING.moved_mm, TUNING.turned_deg):
+        if self._compared_at is not None and pose.is_near(self._compared_at, MOVED_MM, TURNED_DEG):
             return
         ended = [(ray.end_deg, ray.bearing_deg) for ray in rays if ray.end_deg > 0.0]
         beam = sorted(each for each in ended if abs(each[1] - off_deg) <= self._beam_deg)
-        if len(beam) < TUNING.nearest_rays:
+        if len(beam) < NEAREST_RAYS:
             return
         # an echo is of what is nearest in the beam
-        seen_deg, bearing_deg = beam[-(TUNING.nearest_rays + 1) // 2]
-        if abs(bearing_deg - off_deg) > TUNING.ahead_deg:
+        seen_deg, bearing_deg = beam[-(NEAREST_RAYS + 1) // 2]
+        if abs(bearing_deg - off_deg) > AHEAD_DEG:
             return
         self._compared_at = pose
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))
 
     def _update(self, seen_deg: float, real_deg: float) -> None:
         offset, scale = self._hypotheses
-        error = (offset + scale * seen_deg - real_deg) / TUNING.noise_deg
-        same_thing = np.exp(-(error**2) / 2) / (TUNING.noise_deg * math.sqrt(2 * math.pi))
-        self._log_posterior += np.log(
-            (1.0 - TUNING.outlier_chance) * same_thing + TUNING.outlier_chance / TUNING.outlier_span_deg
-        )
+        error = (offset + scale * seen_deg - real_deg) / NOISE_DEG
+        same_thing = np.exp(-(error**2) / 2) / (NOISE_DEG * math.sqrt(2 * math.pi))
+        self._log_posterior += np.log((1.0 - OUTLIER_CHANCE) * same_thing + OUTLIER_CHANCE / OUTLIER_SPAN_DEG)
         self._summarise()
 
     def _summarise(self) -> None:
@@ -197,10 +181,10 @@ class FloorRanges:
         chance = np.exp(self._log_posterior - self._log_posterior.max())
         self._mean = np.average(self._hypotheses, axis=1, weights=chance)
         self._covariance = np.cov(self._hypotheses, aweights=chance, ddof=0) + self._within_step
-        away_mm = np.arange(TUNING.table_step_mm, TUNING.farthest_used_mm + 1.0, TUNING.table_step_mm)
+        away_mm = np.arange(TABLE_STEP_MM, FARTHEST_USED_MM + 1.0, TABLE_STEP_MM)
         offset, scale = self._mean
         seen_deg = (np.degrees(np.arctan2(self._height_mm, away_mm)) - offset) / scale
-        known = self._error_mm(seen_deg, away_mm) <= TUNING.error_mm
+        known = self._error_mm(seen_deg, away_mm) <= ERROR_MM
         self._sure_mm = float(away_mm[known].max(initial=0.0))
 
     def _error_mm(self, seen_deg: Array, away_mm: Array) -> Array:
@@ -211,7 +195,7 @@ class FloorRanges:
     def _sd_deg(self, seen_deg: Array) -> Array:
         """Return the standard deviations of the true angles of rays that are seen at these angles."""
         terms = np.stack([np.ones_like(seen_deg), seen_deg])
-        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + TUNING.ray_sd_deg**2
+        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + RAY_SD_DEG**2
         return np.asarray(np.sqrt(variance))
 
     def _distance_mm(self, below_deg: Array) -> Array:

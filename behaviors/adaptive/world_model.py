@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 from behaviors.adaptive.attempts import Attempts
@@ -21,26 +21,13 @@ from behaviors.mission import Mission
 from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
-
-@dataclass(frozen=True, slots=True)
-class WorldTuning:
-    """Tuning constants of the world model.
-
-    Attributes:
-        same_blocker_s: A blocker is the last one again if that was no longer ago than this, and no farther away than
-            `same_blocker_mm`.
-        same_blocker_mm: See `same_blocker_s`.
-        marked_mm: A blocker farther away than this is left to the echoes, which place it better.
-        watched_mm: Where there is no path, a moving blocker that is no farther away than this is still the cause.
-    """
-
-    same_blocker_s: float = 40.0
-    same_blocker_mm: float = 400.0
-    marked_mm: float = 600.0
-    watched_mm: float = 650.0
-
-
-TUNING = WorldTuning()
+SAME_BLOCKER_S = 40.0
+SAME_BLOCKER_MM = 400.0
+"""A blocker is the last one again if that was no longer ago and no farther away than this."""
+MARKED_MM = 600.0
+"""A blocker farther away than this is left to the echoes, which place it better."""
+WATCHED_MM = 650.0
+"""Where there is no path, a moving blocker that is no farther away than this is still the cause."""
 
 
 class _LastBlocker(NamedTuple):
@@ -191,18 +178,18 @@ class WorldModel:
         blocker = failure.blocker
         if blocker is None:
             return self._blocker_of_no_path(now_s) if failure.reason is Reason.NO_WAY else None
-        if blocker.range_mm <= TUNING.marked_mm and not failure.mapped:
+        if blocker.range_mm <= MARKED_MM and not failure.mapped:
             self.floor.mark_obstacle(self.pose, blocker.range_mm)
         place = self.pose.ahead(self.floor.sonar_forward_mm + blocker.range_mm)
         since_s, moving, last = now_s, blocker.moving, self._recent_blocker(now_s)
-        if last is not None and math.dist(last.place, place) < TUNING.same_blocker_mm:
+        if last is not None and math.dist(last.place, place) < SAME_BLOCKER_MM:
             since_s, moving = last.since_s, moving or last.moving
         self._last = _LastBlocker(place, since_s, now_s, moving)
         return replace(blocker, age_s=now_s - since_s, moving=moving)
 
     def _recent_blocker(self, now_s: float) -> _LastBlocker | None:
         last = self._last
-        return last if last is not None and now_s - last.last_s < TUNING.same_blocker_s else None
+        return last if last is not None and now_s - last.last_s < SAME_BLOCKER_S else None
 
     def _blocker_of_no_path(self, now_s: float) -> Blocker | None:
         """Return the last blocker, if it moves and the robot is still near it: it may be why there is no path."""
@@ -211,7 +198,7 @@ class WorldModel:
             return None
         bearing_deg, away_mm = self.pose.polar_to(last.place)
         range_mm = away_mm - self.floor.sonar_forward_mm
-        if range_mm > TUNING.watched_mm:
+        if range_mm > WATCHED_MM:
             return None
         return Blocker(range_mm, now_s - last.since_s, moving=True, hides=True, bearing_deg=bearing_deg)
 

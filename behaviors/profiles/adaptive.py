@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.attempts import TUNING as ATTEMPTS
+from behaviors.adaptive.attempts import SAME_PLACE_MM
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.perception import Perception
@@ -132,7 +132,7 @@ class AdaptiveProfile:
         while self._decided is not None:
             decided_s, place = self._decided
             elapsed_s = self._perception.now() - decided_s
-            if elapsed_s >= MIN_INTERVAL_S or math.dist(place, self.world.here) > ATTEMPTS.same_place_mm:
+            if elapsed_s >= MIN_INTERVAL_S or math.dist(place, self.world.here) > SAME_PLACE_MM:
                 return
             self._perception.step()
 

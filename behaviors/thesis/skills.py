@@ -18,7 +18,6 @@ Source: docs/thesis.md, services and readings A2-A5, A10-A12.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 
 from behaviors.events import Event, Fact, Reason
@@ -27,26 +26,14 @@ from behaviors.journal import RecordKind
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.obstacle_watch import surroundings
 from behaviors.ports import MotionResult, Sighting
-from behaviors.skills import TUNING as SKILLS
-from behaviors.skills import SkillContext, note_look, pose_values, sighted, steering_deg_s
+from behaviors.skills import SHARP_DEG, SkillContext, note_look, pose_values, sighted, steering_deg_s
 
-
-@dataclass(frozen=True, slots=True)
-class ThesisTuning:
-    """Tuning constants of these skills, beyond those that a mission sets.
-
-    Attributes:
-        blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.
-        instant_s: A shorter rest of a wait is rounding: sleeping this little might let no time pass at all.
-        slice_s: A wait sleeps for at most this long at a time, so that it can be interrupted.
-    """
-
-    blind_drive_s: float = 0.5
-    instant_s: float = 0.001
-    slice_s: float = 0.5
-
-
-TUNING = ThesisTuning()
+BLIND_DRIVE_S = 0.5
+"""A target unseen for this long stops an approach's motors; one dropped frame does not."""
+INSTANT_S = 0.001
+"""A shorter rest of a wait is rounding: sleeping this little might let no time pass at all."""
+SLICE_S = 0.5
+"""A wait sleeps for at most this long at a time, so that it can be interrupted."""
 
 
 class ArriveReply(IntEnum):
@@ -160,7 +147,7 @@ class ThesisArriveSkill:
             return self._failed(Reason.TARGET_LOST, unseen_s=unseen_s)
         if now_s - self._begun_s >= thesis.approach_limit_s:
             return self._failed(Reason.APPROACH_TIMEOUT, approach_s=now_s - self._begun_s)
-        if unseen_s > TUNING.blind_drive_s:
+        if unseen_s > BLIND_DRIVE_S:
             context.body.stop()
         return None
 
@@ -169,7 +156,7 @@ class ThesisArriveSkill:
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        speed_mm_s = self._context.thesis.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
+        speed_mm_s = self._context.thesis.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
         self._context.watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
@@ -268,9 +255,9 @@ class ThesisWaitSkill:
         context = self._context
         context.body.stop()
         context.body.keep_alive()
-        while self._left_s > TUNING.instant_s:
+        while self._left_s > INSTANT_S:
             context.check_time()
             begun_s = context.clock.now()
-            context.clock.sleep(min(TUNING.slice_s, self._left_s))
+            context.clock.sleep(min(SLICE_S, self._left_s))
             self._left_s -= context.clock.now() - begun_s
         return Fact(Event.RECOVERY_DONE, Reason.WAITED, {"waited_s": self._wait_s})

@@ -9,7 +9,6 @@ robot has driven there, so the lower edges of recent frames are kept. `docs/visi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -17,49 +16,37 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Image
 
-
-@dataclass(frozen=True, slots=True)
-class FreeFloorTuning:
-    """Tuning constants of the detector; pixels are those of a frame `width_px` wide.
-
-    Attributes:
-        width_px: Frames are brought to this width.
-        columns: Directions in which it looks, spread evenly over the frame.
-        sample_height: The colours are learned from this share of a frame's height, at its lower edge,
-        sample_width: and this share of its width, in the middle: 15 degrees to either side, of the beam of the sonar.
-        bins: Steps of each of lightness, green to red, and blue to yellow (CIELAB).
-        chroma_step: Width of a step of the latter two; of lightness it is 256 / `bins`.
-        light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
-        chroma_bins: The same for the other two.
-        keeps: Share that a further frame leaves of what was learned before.
-        learn_every_s: At most one frame is kept in this time; so what was learned fades in ten to forty seconds.
-        kept_s: A frame is kept for this long.
-        rare: Colours with less than this share of the commonest one's count are not the floor's.
-        run_px: The floor ends where this many pixels in a column have other colours.
-        grain_px: Specks up to this size are ignored.
-        familiar: Where less than this share of the sample has the floor's colours, the exposure may have changed.
-        gain: Changes of exposure up to these factors are undone.
-    """
-
-    width_px: int = 320
-    columns: int = 24
-    sample_height: float = 0.14
-    sample_width: float = 0.45
-    bins: int = 32
-    chroma_step: int = 3
-    light_bins: int = 4
-    chroma_bins: int = 1
-    keeps: float = 0.97
-    learn_every_s: float = 0.2
-    kept_s: float = 20.0
-    rare: float = 0.004
-    run_px: int = 5
-    grain_px: int = 5
-    familiar: float = 0.8
-    gain: tuple[float, float] = (0.4, 2.5)
-
-
-TUNING = FreeFloorTuning()
+WIDTH_PX = 320
+"""Frames are brought to this width; pixels are theirs."""
+COLUMNS = 24
+"""Directions in which it looks, spread evenly over the frame."""
+SAMPLE_HEIGHT, SAMPLE_WIDTH = 0.14, 0.45
+"""The colours are learned from these shares of a frame's height, at its lower edge, and of its width, in the middle: 15
+degrees to either side, as far as the sonar's beam."""
+BINS = 32
+"""Steps of each of lightness, green to red, and blue to yellow (CIELAB)."""
+CHROMA_STEP = 3
+"""Width of a step of the latter two; of lightness it is 256 / `BINS`."""
+LIGHT_BINS = 4
+"""A colour of the floor makes those within this many steps of its lightness likely, for shade."""
+CHROMA_BINS = 1
+"""The same for the other two."""
+KEEPS = 0.97
+"""Share that a further frame leaves of what was learned before."""
+LEARN_EVERY_S = 0.2
+"""At most one frame is kept in this time; so what was learned fades in ten to forty seconds."""
+KEPT_S = 20.0
+"""A frame is kept for this long."""
+RARE = 0.004
+"""Colours with less than this share of the commonest one's count are not the floor's."""
+RUN_PX = 5
+"""The floor ends where this many pixels in a column have other colours."""
+GRAIN_PX = 5
+"""Specks up to this size are ignored."""
+FAMILIAR = 0.8
+"""Where less than this share of the sample has the floor's colours, the exposure may have changed."""
+GAIN = (0.4, 2.5)
+"""Changes of exposure up to these factors are undone."""
 
 Mask = NDArray[np.bool_]
 
@@ -69,7 +56,7 @@ class FreeFloorDetector:
 
     def __init__(self) -> None:
         self._counts: NDArray[np.float64] | None = None
-        self._likely: Mask = np.zeros(TUNING.bins**3, bool)
+        self._likely: Mask = np.zeros(BINS**3, bool)
         self._samples: dict[float, Image] = {}
         self._kept_s = -math.inf
         self._light = 0.0
@@ -80,16 +67,16 @@ class FreeFloorDetector:
         return self._counts is not None
 
     def keep(self, image: Image, time_s: float) -> None:
-        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead, for `TUNING.kept_s`.
+        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead, for `KEPT_S`.
 
         Args:
             image: The frame.
             time_s: When it was taken, in seconds on any clock; later than the frames before.
         """
-        if time_s - self._kept_s < TUNING.learn_every_s:
+        if time_s - self._kept_s < LEARN_EVERY_S:
             return
         self._kept_s = time_s
-        self._samples = {then_s: sample for then_s, sample in self._samples.items() if time_s - then_s <= TUNING.kept_s}
+        self._samples = {then_s: sample for then_s, sample in self._samples.items() if time_s - then_s <= KEPT_S}
         self._samples[time_s] = _sample(_reduced(image)).copy()
 
     def learn(self, time_s: float) -> None:
@@ -98,15 +85,15 @@ class FreeFloorDetector:
         if sample is None:
             return
         bins, light = _bins(sample), _light(sample)
-        counts = np.bincount(bins.ravel(), minlength=TUNING.bins**3) / bins.size
+        counts = np.bincount(bins.ravel(), minlength=BINS**3) / bins.size
         if self._counts is not None:
-            counts = TUNING.keeps * self._counts + (1.0 - TUNING.keeps) * counts
-            light = TUNING.keeps * self._light + (1.0 - TUNING.keeps) * light
+            counts = KEEPS * self._counts + (1.0 - KEEPS) * counts
+            light = KEEPS * self._light + (1.0 - KEEPS) * light
         self._counts, self._light = counts, light
-        cube = counts.reshape(TUNING.bins, TUNING.bins, TUNING.bins)
-        for axis, reach in enumerate((TUNING.light_bins, TUNING.chroma_bins, TUNING.chroma_bins)):
+        cube = counts.reshape(BINS, BINS, BINS)
+        for axis, reach in enumerate((LIGHT_BINS, CHROMA_BINS, CHROMA_BINS)):
             cube = _spread(cube, axis, reach)
-        self._likely = np.asarray(cube > TUNING.rare * cube.max()).ravel()
+        self._likely = np.asarray(cube > RARE * cube.max()).ravel()
 
     def ends(self, image: Image) -> NDArray[np.float64]:
         """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
@@ -114,17 +101,17 @@ class FreeFloorDetector:
         The row is 0 where everything up to the upper edge looks like floor. Columns whose lowest pixels are not floor
         are left out.
         """
-        scale = image.shape[1] / TUNING.width_px
+        scale = image.shape[1] / WIDTH_PX
         small = _reduced(image)
         height, width = small.shape[:2]
-        if height < TUNING.run_px:
+        if height < RUN_PX:
             return np.empty((0, 2))
-        floor = cv2.medianBlur(self._likely[_bins(self._exposure_matched(small))].astype(np.uint8), TUNING.grain_px)
-        columns = ((np.arange(TUNING.columns) + 0.5) * width / TUNING.columns).astype(np.int64)
+        floor = cv2.medianBlur(self._likely[_bins(self._exposure_matched(small))].astype(np.uint8), GRAIN_PX)
+        columns = ((np.arange(COLUMNS) + 0.5) * width / COLUMNS).astype(np.int64)
         upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
         in_run = upwards.copy()
-        in_run[TUNING.run_px :] -= upwards[: -TUNING.run_px]
-        full = in_run[TUNING.run_px - 1 :] == TUNING.run_px
+        in_run[RUN_PX:] -= upwards[:-RUN_PX]
+        full = in_run[RUN_PX - 1 :] == RUN_PX
         begins = np.where(full.any(axis=0), full.argmax(axis=0), height)
         known = begins > 0
         ends = np.stack([columns[known] + 0.5, height - begins[known]], axis=1)
@@ -133,9 +120,9 @@ class FreeFloorDetector:
     def _exposure_matched(self, small: Image) -> Image:
         """Return a frame in the light in which the floor was learned, if more of the sample is then known."""
         known = self._known(small)
-        if known >= TUNING.familiar or not self.ready:
+        if known >= FAMILIAR or not self.ready:
             return small
-        gain = min(max(self._light / max(_light(_sample(small)), 1.0), TUNING.gain[0]), TUNING.gain[1])
+        gain = min(max(self._light / max(_light(_sample(small)), 1.0), GAIN[0]), GAIN[1])
         matched = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
         return matched if self._known(matched) > max(known, 0.5) else small
 
@@ -147,7 +134,7 @@ class FreeFloorDetector:
 def _sample(small: Image) -> Image:
     """Return the part of a frame that shows free floor if there is no near echo."""
     height, width = small.shape[:2]
-    top, aside = int(height * (1.0 - TUNING.sample_height)), round(width * (1.0 - TUNING.sample_width) / 2)
+    top, aside = int(height * (1.0 - SAMPLE_HEIGHT)), round(width * (1.0 - SAMPLE_WIDTH) / 2)
     return small[top:, aside : width - aside]
 
 
@@ -159,18 +146,18 @@ def _light(sample: Image) -> float:
 def _reduced(image: Image) -> Image:
     """Return a frame of the detector's width."""
     height, width = image.shape[:2]
-    if width == TUNING.width_px:
+    if width == WIDTH_PX:
         return image
-    size = (TUNING.width_px, max(1, round(height * TUNING.width_px / width)))
+    size = (WIDTH_PX, max(1, round(height * WIDTH_PX / width)))
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _bins(image: Image) -> NDArray[np.int64]:
     """Return the number of each pixel's colour, (height, width)."""
     lab = cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2LAB).astype(np.int64)
-    light = lab[..., 0] * TUNING.bins // 256
-    a, b = (np.clip((lab[..., i] - 128) // TUNING.chroma_step + TUNING.bins // 2, 0, TUNING.bins - 1) for i in (1, 2))
-    return np.asarray((light * TUNING.bins + a) * TUNING.bins + b)
+    light = lab[..., 0] * BINS // 256
+    a, b = (np.clip((lab[..., i] - 128) // CHROMA_STEP + BINS // 2, 0, BINS - 1) for i in (1, 2))
+    return np.asarray((light * BINS + a) * BINS + b)
 
 
 def _spread(cube: NDArray[np.float64], axis: int, reach: int) -> NDArray[np.float64]:

@@ -23,10 +23,9 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.perception import TUNING as PERCEPTION
+from behaviors.adaptive.perception import FREE_MM
 from behaviors.angles import wrapped_deg
-from nxtdrive.vision.free_floor import TUNING as DETECTOR
-from nxtdrive.vision.free_floor import FreeFloorDetector
+from nxtdrive.vision.free_floor import COLUMNS, RUN_PX, WIDTH_PX, FreeFloorDetector
 from nxtdrive.vision.geometry import Mounting
 from nxtdrive.vision.geometry import Pinhole as DetectorPinhole
 from sim_backend.camera.geometric_floor import FloorModel, GeometricFloor
@@ -56,7 +55,7 @@ LEARNED = 10
 TRIES = 2000
 FINER = 2
 NEAR_PX = 2.5
-"""A row is right within this, in pixels of a frame `DETECTOR.width_px` wide."""
+"""A row is right within this, in pixels of a frame `WIDTH_PX` wide."""
 ALIKE = 0.5
 """Textures with more than this share of rays that end too far, or have no result, cannot be distinguished."""
 TILES = 4
@@ -117,7 +116,7 @@ class Room:
 
 @dataclass(frozen=True, slots=True)
 class Ray:
-    """One direction of a frame. Rows are those of a frame `DETECTOR.width_px` wide, from its upper edge.
+    """One direction of a frame. Rows are those of a frame `WIDTH_PX` wide, from its upper edge.
 
     Attributes:
         floor: Texture of the floor.
@@ -217,7 +216,7 @@ def make_room(number: int, places: int, seed: int) -> Room:
         viewpoint = Viewpoint(x, y, rng.uniform(0.0, 360.0), LENS_MM)
         if any(math.dist((x, y), centre) < reach for *centre, reach in taken):
             continue
-        if len(learned_from) < LEARNED and free_ahead_mm(panels, viewpoint) > PERCEPTION.free_mm:
+        if len(learned_from) < LEARNED and free_ahead_mm(panels, viewpoint) > FREE_MM:
             learned_from.append(viewpoint)
         elif len(seen_from) < places:
             seen_from.append(viewpoint)
@@ -241,7 +240,7 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     rng = random.Random(seed)  # noqa: S311 - a repeatable draw
     textures = PatternedTextures(seed, room.floor, condition, rng)
     camera = SimCamera(condition.size, lens=PERFECT, floor=room.floor, textures=textures)
-    fine = DETECTOR.width_px * FINER, condition.size[1] * DETECTOR.width_px * FINER // condition.size[0]
+    fine = WIDTH_PX * FINER, condition.size[1] * WIDTH_PX * FINER // condition.size[0]
     kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=SurfaceColors(room, textures.rugs))
     lens = Lens(condition.effects, condition.size, camera.pinhole.focal_px, seed)
     pinhole = DetectorPinhole.from_hfov(condition.size[0], mounting=Mounting(tilt_deg=condition.tilt_deg))
@@ -260,7 +259,7 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
         place = replace(place, tilt_deg=condition.tilt_deg)
         ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness))
         below = pinhole.directions(*ends.T)[1] > 0.0
-        ends *= DETECTOR.width_px / condition.size[0]
+        ends *= WIDTH_PX / condition.size[0]
         yield from compare(room, kinds.frame(room.panels, place), ends[below], ends[~below])
 
 
@@ -274,13 +273,13 @@ def faded(image: Image, share: float, towards: float) -> Image:
 
 def compare(room: Room, kinds: Image, below: NDArray[np.float64], above: NDArray[np.float64]) -> Iterable[Ray]:
     """Yield the directions in which a frame of kinds shows floor, with the results below and above the horizon."""
-    seen = {int(u * DETECTOR.columns / DETECTOR.width_px): float(v) for u, v in below}
-    goes_on = {int(u * DETECTOR.columns / DETECTOR.width_px) for u, _ in above}
-    for column in range(DETECTOR.columns):
-        upwards = kinds[::-1, int((column + 0.5) / DETECTOR.columns * DETECTOR.width_px) * FINER + FINER // 2]
+    seen = {int(u * COLUMNS / WIDTH_PX): float(v) for u, v in below}
+    goes_on = {int(u * COLUMNS / WIDTH_PX) for u, _ in above}
+    for column in range(COLUMNS):
+        upwards = kinds[::-1, int((column + 0.5) / COLUMNS * WIDTH_PX) * FINER + FINER // 2]
         solid, rug = upwards[:, 1] < 128, (upwards[:, 1] >= 128) & (upwards[:, 2] < 128)
         first = int(solid.argmax())
-        if first < FINER * DETECTOR.run_px:
+        if first < FINER * RUN_PX:
             continue
         obstacle = room.box if upwards[first, 2] > upwards[first, 0] else room.wall
         begins = int(rug[:first].argmax())

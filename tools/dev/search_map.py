@@ -20,10 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.belief_tuning import TUNING as BELIEF
+from behaviors.adaptive.belief_tuning import SPACING_MM
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import HINT
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import Evidence
 from behaviors.executive import Executive
@@ -141,8 +141,8 @@ def pixel(cells: Cells, place_mm: Point) -> tuple[int, int]:
 
 def _floor(world: WorldModel) -> Image:
     image = np.full((*world.floor.log_odds.shape, 3), UNKNOWN, np.uint8)
-    image[world.floor.log_odds < -GRID.hint] = FREE
-    image[world.floor.log_odds > GRID.hint] = OBSTACLE
+    image[world.floor.log_odds < -HINT] = FREE
+    image[world.floor.log_odds > HINT] = OBSTACLE
     return np.flipud(image).repeat(CELL_PX, axis=0).repeat(CELL_PX, axis=1).copy()
 
 
@@ -162,7 +162,7 @@ def _belief(image: Image, world: WorldModel, target: str) -> None:
     belief, cells = world.targets.beliefs[target], world.floor.cells
     by_place = belief.by_place()
     for i, j in zip(*np.nonzero(by_place > MIN_BELIEF), strict=True):
-        place = i * BELIEF.spacing_mm - belief.reach_mm, j * BELIEF.spacing_mm - belief.reach_mm
+        place = i * SPACING_MM - belief.reach_mm, j * SPACING_MM - belief.reach_mm
         cv2.circle(image, pixel(cells, place), round(BELIEF_PX * math.sqrt(by_place[i, j])), VIOLET)
 
 

@@ -7,7 +7,7 @@ from random import Random
 from behaviors.events import Reason
 from behaviors.ports import Sighting, StopReason
 from behaviors.recoveries import CHANGE_TARGET, RESCAN, WAIT
-from behaviors.thesis.skills import TUNING as THESIS
+from behaviors.thesis.skills import SLICE_S
 from nxtdrive.simulated.robot import ScenarioRobot
 
 from .baseline import Baseline
@@ -61,7 +61,7 @@ class Nav2List(Baseline):
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.rest(THESIS.slice_s)
+                self.rest(SLICE_S)
 
 
 class RandomWalk(Baseline):

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
+from behaviors.adaptive import grid_tuning
 from behaviors.adaptive.grid_cells import CELL_MM
-from behaviors.adaptive.grid_tuning import TUNING as GRID
 from behaviors.mission.robot import CameraTable
 from behaviors.ports import Point, Pose
 from nxtdrive.drawing.floor_view import Area, FloorView
@@ -66,9 +66,9 @@ class MapPainter:
             (target, target_color(i), points) for i, (target, points) in enumerate(scene.sightings.items())
         ]
         self._cells: tuple[tuple[str, Color, list[Point]], ...] = (
-            ("free floor, by the sonar", PAPER, scene.cells(-math.inf, -GRID.known)),
-            ("perhaps an obstacle", HINT, scene.cells(GRID.hint, GRID.solid)),
-            ("obstacle, by the sonar", SOLID, scene.cells(GRID.solid)),
+            ("free floor, by the sonar", PAPER, scene.cells(-math.inf, -grid_tuning.KNOWN)),
+            ("perhaps an obstacle", HINT, scene.cells(grid_tuning.HINT, grid_tuning.SOLID)),
+            ("obstacle, by the sonar", SOLID, scene.cells(grid_tuning.SOLID)),
         )
 
     def paint(self, view: FloorView) -> None:

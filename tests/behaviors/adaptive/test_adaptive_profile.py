@@ -12,15 +12,13 @@ import numpy as np
 import pytest
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.attempts import TUNING as ATTEMPTS
+from behaviors.adaptive.attempts import BESIDE_MM
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
-from behaviors.adaptive.perception import TUNING as PERCEPTION
-from behaviors.adaptive.perception import blocker_without_echo
+from behaviors.adaptive.grid_tuning import MAX_LOG_ODDS, SOLID
+from behaviors.adaptive.perception import BLOCKER_MM, blocker_without_echo
 from behaviors.adaptive.target_memory import TargetEstimate
-from behaviors.adaptive.wait_rescan import TUNING as WAIT
-from behaviors.adaptive.wait_rescan import WaitSkill
+from behaviors.adaptive.wait_rescan import BLOCKED_MM, WaitSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence, evidence_from
@@ -77,9 +75,9 @@ def test_what_gives_no_echo_is_near_whatever_echoes_behind_it(bench, range_mm):
     failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=blocker_without_echo(range_mm))
     blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm == min(range_mm or PERCEPTION.blocker_mm, PERCEPTION.blocker_mm)
+    assert blocker.range_mm == min(range_mm or BLOCKER_MM, BLOCKER_MM)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
-    assert bench.world.floor.log_odds.max() > GRID.solid
+    assert bench.world.floor.log_odds.max() > SOLID
 
 
 def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
@@ -87,7 +85,7 @@ def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
-    world.floor.log_odds[CELLS.at(400.0, 0.0)] = GRID.most
+    world.floor.log_odds[CELLS.at(400.0, 0.0)] = MAX_LOG_ODDS
     fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.measured["range_mm"] == pytest.approx(400.0 - world.floor.sonar_forward_mm, abs=CELL_MM)
@@ -166,7 +164,7 @@ def test_a_blocker_from_the_map_is_not_mapped_again(bench):
     bench.world.learn(bench.queue.target, failure, 1.0)
     assert bench.world.floor.log_odds.max() <= 0.0
     bench.world.learn(bench.queue.target, replace(failure, mapped=False), 2.0)
-    assert bench.world.floor.log_odds.max() > GRID.solid
+    assert bench.world.floor.log_odds.max() > SOLID
 
 
 def test_a_look_alike_is_not_taken_for_the_target_again_for_some_time(bench):
@@ -198,7 +196,7 @@ def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_pat
     bench.evidence(failed)
     fact = FollowPathSkill(bench.profile._perception, (bench.world.pose.ahead(700.0),)).call()
     assert fact.event is Event.TARGET_SEEN
-    assert math.dist(bench.world.here, begin) >= ATTEMPTS.beside_mm
+    assert math.dist(bench.world.here, begin) >= BESIDE_MM
 
 
 def test_a_robot_that_an_obstacle_stopped_turns_away_from_it_before_it_drives_on(bench, mocker):
@@ -281,7 +279,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
     perception.context.body.straight(4000.0)
     perception.context.body.straight(-300.0)
     range_mm = perception.step().range_mm
-    assert range_mm < WAIT.blocked_mm
+    assert range_mm < BLOCKED_MM
     bench.world.blocker = Blocker(range_mm - nearer_mm, moving=True)
     assert WaitSkill(perception, 3.0).call().event is ends
 

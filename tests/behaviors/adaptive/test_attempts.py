@@ -2,12 +2,11 @@
 
 import pytest
 
-from behaviors.adaptive.attempts import TUNING as ATTEMPTS
-from behaviors.adaptive.attempts import Attempts
+from behaviors.adaptive.attempts import REMEMBERED_S, SAME_PLACE_MM, Attempts
 from behaviors.events import Reason
 
 HERE, AIM = (0.0, 0.0), (900.0, 0.0)
-NEAR, ELSEWHERE = (0.8 * ATTEMPTS.same_place_mm, 0.0), (1.2 * ATTEMPTS.same_place_mm, 0.0)
+NEAR, ELSEWHERE = (0.8 * SAME_PLACE_MM, 0.0), (1.2 * SAME_PLACE_MM, 0.0)
 
 
 def test_repetitions_are_counted_for_each_place_target_and_recovery():
@@ -81,7 +80,7 @@ def test_a_robot_that_gets_on_does_not_fail_in_a_row():
         pytest.param((300.0, 500.0), AIM, 1.0, True, id="from aside"),
         pytest.param((400.0, 0.0), AIM, 1.0, True, id="from beyond"),
         pytest.param(HERE, (900.0, 600.0), 1.0, True, id="to where the target is now"),
-        pytest.param(HERE, AIM, 1.1 * ATTEMPTS.remembered_s, True, id="long after"),
+        pytest.param(HERE, AIM, 1.1 * REMEMBERED_S, True, id="long after"),
     ],
 )
 def test_an_approach_is_new_when_it_leads_clear_of_where_one_failed(start, aim, later_s, new):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import MAX_LOG_ODDS, SOLID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.ports import Point, Pose
 
@@ -95,7 +95,7 @@ def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
     x_mm, y_mm = CELLS.centre_mm(np.arange(CELLS.side))[:, None], CELLS.centre_mm(np.arange(CELLS.side))[None, :]
     away_mm = np.maximum(np.abs(x_mm), np.abs(y_mm))
     door = (x_mm > 0.0) & (np.abs(y_mm) < 400.0)
-    floor.log_odds[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
+    floor.log_odds[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = MAX_LOG_ODDS
     before_it, beside_it = belief.frontier_chances_from([(1900.0, 0.0), (1900.0, 1200.0)], floor)
     assert before_it > 3 * beside_it
 
@@ -104,7 +104,7 @@ def test_what_is_hidden_behind_something_loses_less():
     wall = _room()
     wall.log_odds[
         (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
-    ] = GRID.most
+    ] = MAX_LOG_ODDS
     free, hidden = _belief(), _belief()
     free.look(Pose(), _room(), 3)
     hidden.look(Pose(), wall, 3)
@@ -118,7 +118,7 @@ def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it(
     informed.look(Pose(heading_deg=180.0), floor, 3)
     floor.log_odds[
         (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
-    ] = GRID.most
+    ] = MAX_LOG_ODDS
     belief.look(Pose(), floor, 3)
     informed.chance_from(3000.0, 3000.0, floor)  # having been asked about somewhere else makes no difference
     informed.look(Pose(), floor, 3)
@@ -131,7 +131,7 @@ def test_an_echo_counts_even_when_another_one_outweighs_it():
         belief, chances = _belief(), []
         for place in places:
             floor = _room()
-            floor.log_odds[CELLS.at(*place)] = GRID.most
+            floor.log_odds[CELLS.at(*place)] = MAX_LOG_ODDS
             chances.append(belief.chance_from(0.0, 0.0, floor))
         return chances[-1]
 
@@ -196,7 +196,7 @@ def test_a_room_not_seen_yet_is_a_better_place_to_look_in_than_one_seen_two_minu
     floor = OccupancyGrid()
     along, across = CELLS.centre_mm(np.arange(CELLS.side)), np.abs(CELLS.centre_mm(np.arange(CELLS.side))) < 1500.0
     floor.log_odds[np.ix_((along > -1500.0) & (along < 6500.0), across)] = -1.0
-    floor.log_odds[np.ix_((along > 2000.0) & (along < 2200.0), across)] = GRID.solid + 1.0  # the door is shut by now
+    floor.log_odds[np.ix_((along > 2000.0) & (along < 2200.0), across)] = SOLID + 1.0  # the door is shut by now
     belief = _belief()
     belief.follow(likely_places(floor))
     for heading_deg in range(0, 360, 20):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import MAX_LOG_ODDS, SOLID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
@@ -43,7 +43,7 @@ def _world(**seen: Point) -> WorldModel:
 
 
 def _wall(world: WorldModel, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    world.floor.log_odds[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = GRID.most
+    world.floor.log_odds[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = MAX_LOG_ODDS
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
@@ -94,7 +94,7 @@ def test_a_path_round_says_how_much_unknown_floor_it_crosses():
     world = _world(door=DOOR)
     _wall(world, (700.0, 800.0), (-350.0, 350.0))
     known = _candidates(world).detour("door")
-    world.floor.log_odds[np.abs(world.floor.log_odds) < GRID.most] = 0.0  # only the wall is known
+    world.floor.log_odds[np.abs(world.floor.log_odds) < MAX_LOG_ODDS] = 0.0  # only the wall is known
     world.plan()
     unknown = _candidates(world).detour("door")
     assert known is not None
@@ -136,7 +136,7 @@ def test_places_to_look_from_lie_on_free_floor_and_the_most_promising_for_its_ti
 def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
     world = _world()
     edge = (np.maximum(np.abs(X_MM), np.abs(Y_MM)) >= 2000.0) & (np.maximum(np.abs(X_MM), np.abs(Y_MM)) < 2200.0)
-    world.floor.log_odds[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = GRID.solid - 0.1
+    world.floor.log_odds[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = SOLID - 0.1
     for x_mm, y_mm in ((0.0, 0.0), (-1000.0, 0.0), (800.0, 1000.0), (800.0, -1000.0)):
         for heading_deg in range(0, 360, 10):
             world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), sonar_works=False)

@@ -9,8 +9,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.dwell_time import TUNING as DWELL
-from behaviors.adaptive.dwell_time import WAITS, BlockerHypothesis, best_wait_s, cost_s, hypotheses
+from behaviors.adaptive.dwell_time import (
+    BOUND,
+    LONGEST_S,
+    NEGLIGIBLE,
+    WAITS,
+    BlockerHypothesis,
+    best_wait_s,
+    cost_s,
+    hypotheses,
+)
 from behaviors.failures import Blocker
 
 ROUNDS_S = st.floats(0.1, 120.0)
@@ -46,31 +54,29 @@ def test_no_kind_of_thing_costs_more_than_twice_what_it_costs_with_foresight(mix
     """Beyond `LONGEST_S` the cap on a single wait may break the bound: going round is then paid after too short a
     wait, which costs at most (wait + round) / wait times that."""
     wait_s = best_wait_s(mixture, round_s)
-    bound = max(DWELL.bound, 1.0 + round_s / DWELL.longest_s)
-    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= DWELL.negligible)
+    bound = max(BOUND, 1.0 + round_s / LONGEST_S)
+    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE)
 
 
-@given(blocker=BLOCKERS, round_s=st.floats(0.1, DWELL.longest_s))
+@given(blocker=BLOCKERS, round_s=st.floats(0.1, LONGEST_S))
 def test_the_bound_holds_for_what_blockers_may_be_at_any_age(blocker, round_s):
     mixture = hypotheses(blocker)
     assert sum(kind.weight for kind in mixture) == pytest.approx(1.0)
     wait_s = best_wait_s(mixture, round_s)
-    assert all(
-        _ratio(kind, wait_s, round_s) <= DWELL.bound + SLACK for kind in mixture if kind.weight >= DWELL.negligible
-    )
+    assert all(_ratio(kind, wait_s, round_s) <= BOUND + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE)
 
 
-@given(round_s=st.floats(0.1, DWELL.longest_s), moving=st.booleans(), still_moving=st.booleans())
+@given(round_s=st.floats(0.1, LONGEST_S), moving=st.booleans(), still_moving=st.booleans())
 def test_deciding_again_after_a_wait_in_vain_keeps_the_bound(round_s, moving, still_moving):
     mixture = hypotheses(Blocker(500.0, 0.0, moving, hides=True))
     first_s = _wait_s(round_s, moving=moving)
     second_s = _wait_s(round_s, first_s, moving=still_moving)
-    assert all(_ratio(kind, first_s + second_s, round_s) <= DWELL.bound + SLACK for kind in mixture)
+    assert all(_ratio(kind, first_s + second_s, round_s) <= BOUND + SLACK for kind in mixture)
 
 
 @given(leaves_s=st.floats(0.01, 1000.0) | st.just(math.inf), round_s=ROUNDS_S)
 def test_waiting_as_long_as_the_way_round_is_within_twice_for_every_single_leaving_time(leaves_s, round_s):
-    assert _cost_s(leaves_s, round_s, round_s) <= DWELL.bound * min(leaves_s, round_s)
+    assert _cost_s(leaves_s, round_s, round_s) <= BOUND * min(leaves_s, round_s)
 
 
 def test_waiting_as_long_as_the_way_round_is_among_the_waits():
@@ -81,19 +87,19 @@ def test_waiting_as_long_as_the_way_round_is_among_the_waits():
 @example(mixture=[BlockerHypothesis(100.0, 1 / 6), BlockerHypothesis(5.0, 5 / 6)], round_s=73.0)
 def test_neither_going_at_once_nor_waiting_as_long_as_that_takes_costs_less(mixture, round_s):
     wait_s = best_wait_s(mixture, round_s)
-    assert 0.0 <= wait_s <= DWELL.longest_s
-    sound = all(kind.weight < DWELL.negligible or kind.stays_s == math.inf for kind in mixture)
-    others = [min(round_s, DWELL.longest_s)] + [0.0] * sound
+    assert 0.0 <= wait_s <= LONGEST_S
+    sound = all(kind.weight < NEGLIGIBLE or kind.stays_s == math.inf for kind in mixture)
+    others = [min(round_s, LONGEST_S)] + [0.0] * sound
     assert all(cost_s(mixture, wait_s, round_s) <= cost_s(mixture, other_s, round_s) + SLACK for other_s in others)
 
 
 @given(mixture=mixtures())
 def test_without_a_way_round_it_waits_as_long_as_it_may_and_expects_a_finite_cost(mixture):
-    assert best_wait_s(mixture, math.inf) == DWELL.longest_s
-    assert 0.0 < cost_s(mixture, DWELL.longest_s, math.inf) < math.inf
+    assert best_wait_s(mixture, math.inf) == LONGEST_S
+    assert 0.0 < cost_s(mixture, LONGEST_S, math.inf) < math.inf
 
 
-@given(age_s=AGES_S, round_s=st.floats(0.1, DWELL.longest_s))
+@given(age_s=AGES_S, round_s=st.floats(0.1, LONGEST_S))
 def test_what_can_be_looked_over_and_stands_still_is_not_waited_for(age_s, round_s):
     mixture = hypotheses(Blocker(500.0, age_s, moving=False, hides=False))
     assert best_wait_s(mixture, round_s) == 0.0
@@ -139,4 +145,4 @@ def test_on_average_it_is_within_twice_also_for_stays_that_are_not_exponential(b
     wait_s = _wait_s(round_s, moving=moving)
     leave_s = [_leaves_s(random, boxes) for _ in range(20_000)]
     mean_s = sum(_cost_s(each, wait_s, round_s) for each in leave_s)
-    assert mean_s < DWELL.bound * sum(min(each, round_s) for each in leave_s)
+    assert mean_s < BOUND * sum(min(each, round_s) for each in leave_s)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import HINT, MAX_LOG_ODDS, SOLID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
 from behaviors.mission.robot import CameraTable
@@ -54,15 +54,15 @@ def test_from_one_place_it_may_stand_anywhere_on_the_ray():
     floor = OccupancyGrid()
     _look_from(floor, (0.0, 0.0))
     along = [_evidence_at(floor, (x_mm, 20.0)) for x_mm in (700.0, 1420.0, 2000.0)]
-    assert all(0.0 < evidence < GRID.solid for evidence in along)
-    assert _evidence_at(floor, (1420.0, 500.0)) < -GRID.hint, "the floor beside it is seen to be free"
+    assert all(0.0 < evidence < SOLID for evidence in along)
+    assert _evidence_at(floor, (1420.0, 500.0)) < -HINT, "the floor beside it is seen to be free"
 
 
 def test_turning_on_the_spot_shows_nothing_new_of_it():
     floor = OccupancyGrid()
     for heading_deg in range(-60, 61, 3):
         floor.add_view(Pose(heading_deg=heading_deg), _view(Pose(heading_deg=heading_deg)))
-    assert max(_evidence_at(floor, (x_mm, 20.0)) for x_mm in range(500, 2500, 80)) < GRID.hint
+    assert max(_evidence_at(floor, (x_mm, 20.0)) for x_mm in range(500, 2500, 80)) < HINT
     before = floor.log_odds.max()
     for heading_deg in range(-60, 61, 3):
         floor.add_view(Pose(heading_deg=heading_deg), _view(Pose(heading_deg=heading_deg)))
@@ -72,23 +72,23 @@ def test_turning_on_the_spot_shows_nothing_new_of_it():
 def test_views_from_several_places_show_where_it_stands():
     floor = OccupancyGrid()
     _look_from(floor, (0.0, 0.0), (500.0, -900.0), (500.0, 900.0))
-    assert GRID.hint < _evidence_at(floor, BOX) < GRID.solid
-    assert all(_evidence_at(floor, (x_mm, 20.0)) < GRID.hint for x_mm in (800.0, 1000.0, 2000.0))
+    assert HINT < _evidence_at(floor, BOX) < SOLID
+    assert all(_evidence_at(floor, (x_mm, 20.0)) < HINT for x_mm in (800.0, 1000.0, 2000.0))
 
 
 def test_it_is_never_certain_and_takes_nothing_from_what_is():
     floor = OccupancyGrid()
     _look_from(floor, *[(0.0, y_mm) for y_mm in range(-900, 901, 100)] * 3)
-    assert GRID.hint < _evidence_at(floor, BOX) < GRID.solid
-    floor.log_odds[floor.cells.at(*BOX)] = GRID.most
+    assert HINT < _evidence_at(floor, BOX) < SOLID
+    floor.log_odds[floor.cells.at(*BOX)] = MAX_LOG_ODDS
     _look_from(floor, (300.0, 0.0))
-    assert _evidence_at(floor, BOX) == GRID.most
+    assert _evidence_at(floor, BOX) == MAX_LOG_ODDS
 
 
 def test_nothing_is_suspected_behind_an_obstacle_on_the_map():
     known, unknown = OccupancyGrid(), OccupancyGrid()
     window, inside = known.cells.disc(*BOX, HALF_MM)
-    known.log_odds[window][inside] = GRID.most
+    known.log_odds[window][inside] = MAX_LOG_ODDS
     for floor in (known, unknown):
         _look_from(floor, (0.0, 0.0))
     assert 0.0 < _evidence_at(known, (2000.0, 20.0)) < _evidence_at(unknown, (2000.0, 20.0)) / 3
@@ -98,7 +98,7 @@ def test_where_every_wall_looks_like_the_floor_little_is_suspected():
     floor = OccupancyGrid()
     places = [(0.0, 0.0), (500.0, -900.0), (500.0, 900.0)]
     _look_from(floor, *places, walls_are_floor_like=True)
-    assert floor.log_odds.max() < GRID.hint
+    assert floor.log_odds.max() < HINT
 
 
 @pytest.mark.parametrize(("calibrated", "end_deg", "alike"), [(False, -2.0, 0), (False, -8.0, 1), (True, -2.0, 1)])

@@ -12,7 +12,7 @@ from random import Random
 import pytest
 from random_ports import RandomPorts, two_targets
 
-from behaviors.adaptive.attempts import TUNING as ATTEMPTS
+from behaviors.adaptive.attempts import SAME_PLACE_MM
 from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.chart import MissionChart
@@ -88,7 +88,7 @@ class Decider:
         first, run = self.run
         if choice.kind is CHANGE_TARGET:
             self.run = None, 0
-        elif first and first[:2] == (target, reason) and math.dist(first[2], self.world.here) <= ATTEMPTS.same_place_mm:
+        elif first and first[:2] == (target, reason) and math.dist(first[2], self.world.here) <= SAME_PLACE_MM:
             self.run = first, run + 1
         else:
             self.run = (target, reason, self.world.here), 1
@@ -186,7 +186,7 @@ class Made:
 
     def near(self, other: Made) -> bool:
         """Whether it was made at the same place."""
-        return math.dist(self.here, other.here) <= ATTEMPTS.same_place_mm
+        return math.dist(self.here, other.here) <= SAME_PLACE_MM
 
 
 @dataclass

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.adaptive.look_alikes import TUNING as LOOK_ALIKES
-from behaviors.adaptive.look_alikes import LookAlikes
+from behaviors.adaptive.look_alikes import REJECTED_S, LookAlikes
 from behaviors.ports import Sighting
 
 PLACE, BESIDE, ELSEWHERE = (1000.0, 0.0), (1200.0, 0.0), (1000.0, 900.0)
@@ -23,7 +22,7 @@ def test_a_look_alike_is_rejected_for_some_time_and_only_for_its_target(doubtful
     assert look_alikes.rejected("fox", BESIDE, 6.0)
     assert not look_alikes.rejected("fox", ELSEWHERE, 6.0)
     assert not look_alikes.rejected("lena", PLACE, 6.0)
-    assert not look_alikes.rejected("fox", PLACE, 5.1 + LOOK_ALIKES.rejected_s)
+    assert not look_alikes.rejected("fox", PLACE, 5.1 + REJECTED_S)
 
 
 def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():

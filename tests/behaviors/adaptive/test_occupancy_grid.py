@@ -10,7 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import (
+    APPEARED_DECAY_S,
+    DECAY_S,
+    EXPLAINS,
+    HINT,
+    MAX_LOG_ODDS,
+    MAX_SIDE,
+    MIN_LOG_ODDS,
+    NEAR_MM,
+    SOLID,
+)
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.ports import Pose
@@ -18,7 +28,7 @@ from behaviors.ports import Pose
 CELLS = Cells()
 
 ORIGIN = Pose()
-OUTSIDE_MM = GRID.most_side * CELL_MM / 2
+OUTSIDE_MM = MAX_SIDE * CELL_MM / 2
 FARTHEST_ECHO_MM = 2550.0
 POSES = st.builds(Pose, *[st.floats(-1.5 * OUTSIDE_MM, 1.5 * OUTSIDE_MM)] * 2, st.floats(-1000.0, 1000.0))
 
@@ -42,26 +52,26 @@ def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = OR
 
 def test_echoes_from_near_mark_what_they_hit():
     floor = OccupancyGrid()
-    assert _evidence_at(floor, *_listen(floor, 0.7 * GRID.near_mm)) > GRID.solid
+    assert _evidence_at(floor, *_listen(floor, 0.7 * NEAR_MM)) > SOLID
 
 
 def test_one_echo_is_not_yet_accepted_and_its_repetition_adds_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
         floor.add_echo(ORIGIN, 500.0)
-    assert GRID.hint < _evidence_at(floor, 600.0, 0.0) <= GRID.solid
+    assert HINT < _evidence_at(floor, 600.0, 0.0) <= SOLID
 
 
 def test_echoes_from_afar_only_hint():
     floor = OccupancyGrid()
-    place = _listen(floor, GRID.near_mm + 500.0, times=50)
-    assert GRID.hint < _evidence_at(floor, *place) < GRID.solid
+    place = _listen(floor, NEAR_MM + 500.0, times=50)
+    assert HINT < _evidence_at(floor, *place) < SOLID
 
 
 def test_a_far_echo_does_not_come_from_where_another_one_passed():
     """A doorway stays open when the beam meets one of its edges."""
     floor = OccupancyGrid()
-    range_mm = GRID.near_mm + 400.0
+    range_mm = NEAR_MM + 400.0
     _listen(floor, range_mm + 600.0)
     through = _evidence_at(floor, 100.0 + range_mm, 0.0)
     turned = Pose(heading_deg=10.0)
@@ -69,25 +79,25 @@ def test_a_far_echo_does_not_come_from_where_another_one_passed():
     assert through < 0.0
     assert _evidence_at(floor, 100.0 + range_mm, 0.0) <= through + 1e-6
     assert _evidence_at(floor, *turned.ahead(100.0 + range_mm)) <= 0.0, "within the beam that passed"
-    assert _evidence_at(floor, *Pose(heading_deg=19.0).ahead(100.0 + range_mm)) > GRID.hint
+    assert _evidence_at(floor, *Pose(heading_deg=19.0).ahead(100.0 + range_mm)) > HINT
 
 
 def test_a_far_echo_comes_from_what_is_known_to_stand_on_its_arc():
     """Heard along a wall, it does not close the corridor beside it."""
-    floor, range_mm = OccupancyGrid(), GRID.near_mm + 500.0
+    floor, range_mm = OccupancyGrid(), NEAR_MM + 500.0
     wall = Pose(heading_deg=10.0).ahead(100.0 + range_mm)
-    floor.log_odds[floor.cells.at(*wall)] = GRID.explains + 0.1
+    floor.log_odds[floor.cells.at(*wall)] = EXPLAINS + 0.1
     _listen(floor, range_mm, times=20)
-    assert _evidence_at(floor, *wall) > GRID.explains + 0.1
+    assert _evidence_at(floor, *wall) > EXPLAINS + 0.1
     assert _evidence_at(floor, 100.0 + range_mm, 0.0) == 0.0
     assert _evidence_at(floor, *Pose(heading_deg=-10.0).ahead(100.0 + range_mm)) == 0.0
 
 
 def test_something_new_within_a_free_beam_is_marked():
     floor = OccupancyGrid()
-    range_mm = GRID.near_mm + 400.0
+    range_mm = NEAR_MM + 400.0
     _listen(floor, range_mm + 600.0)
-    assert _evidence_at(floor, *_listen(floor, range_mm, times=30)) > GRID.hint
+    assert _evidence_at(floor, *_listen(floor, range_mm, times=30)) > HINT
 
 
 def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
@@ -102,11 +112,11 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 def test_a_free_beam_clears_what_has_left():
     floor = OccupancyGrid()
     floor.mark_obstacle(ORIGIN, 300.0)
-    assert floor.log_odds.max() > GRID.solid
+    assert floor.log_odds.max() > SOLID
     for heading_deg in range(-60, 61, 2):
         for back_mm in (0.0, 40.0, 80.0):
             floor.add_echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
-    assert floor.log_odds.max() < GRID.hint
+    assert floor.log_odds.max() < HINT
 
 
 @pytest.mark.parametrize(
@@ -120,7 +130,7 @@ def test_a_beam_that_strikes_a_wall_at_a_glance_does_not_clear_it(turned_deg, st
         heading_deg = turned_deg + beside_mm / 40.0
         towards = Pose(*wall, heading_deg + 180.0).ahead(500.0)
         floor.add_echo(Pose(*towards, heading_deg), FARTHEST_ECHO_MM)
-    assert (_evidence_at(floor, *wall) > GRID.solid) is stays
+    assert (_evidence_at(floor, *wall) > SOLID) is stays
 
 
 def test_an_echo_from_too_far_marks_nothing():
@@ -132,7 +142,7 @@ def test_an_echo_from_too_far_marks_nothing():
 def test_beside_the_beam_nothing_is_marked():
     floor = OccupancyGrid()
     place = _listen(floor, 600.0)
-    assert _evidence_at(floor, *place) > GRID.solid
+    assert _evidence_at(floor, *place) > SOLID
     for off_deg in (-25.0, 25.0):
         assert _evidence_at(floor, *Pose(100.0).ahead(600.0, off_deg)) == 0.0
 
@@ -142,7 +152,7 @@ def test_positive_is_right_in_the_map_too(heading_deg):
     floor = OccupancyGrid()
     _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
     place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
-    marked = np.argwhere(floor.log_odds > GRID.solid)
+    marked = np.argwhere(floor.log_odds > SOLID)
     centre = (marked.mean(axis=0) - CELLS.side / 2 + 0.5) * CELL_MM
     assert math.dist(centre, place) < 1.5 * CELL_MM
 
@@ -152,7 +162,7 @@ def test_evidence_fades_to_about_a_third():
     place = _listen(floor, 500.0)
     floor.decay(0.0)
     before = floor.log_odds.copy()
-    for now_s in np.arange(0.0, GRID.decay_s + 0.1, 0.5):
+    for now_s in np.arange(0.0, DECAY_S + 0.1, 0.5):
         floor.decay(float(now_s))
     assert _evidence_at(floor, *place) > 0.0
     np.testing.assert_allclose(floor.log_odds, before / math.e, rtol=0.02, atol=1e-3)
@@ -166,9 +176,9 @@ def test_what_appeared_where_the_floor_was_free_fades_sooner_than_what_stood_the
     floor.mark_obstacle(ORIGIN, 500.0)
     floor.mark_obstacle(Pose(heading_deg=90.0), 500.0)
     appeared, stood = (600.0, 0.0), (0.0, 600.0)
-    assert _evidence_at(floor, *appeared) == _evidence_at(floor, *stood) > GRID.solid
-    floor.decay(2.0 + GRID.appeared_decay_s)
-    assert _evidence_at(floor, *appeared) < GRID.solid < _evidence_at(floor, *stood)
+    assert _evidence_at(floor, *appeared) == _evidence_at(floor, *stood) > SOLID
+    floor.decay(2.0 + APPEARED_DECAY_S)
+    assert _evidence_at(floor, *appeared) < SOLID < _evidence_at(floor, *stood)
 
 
 @pytest.mark.parametrize(
@@ -216,7 +226,7 @@ def test_where_the_robot_stands_nothing_else_is():
     floor.clear_footprint(ORIGIN)
     assert _evidence_at(floor, 0.0, 0.0) < 0.0
     assert _evidence_at(floor, 90.0, 0.0) < 0.0
-    assert _evidence_at(floor, 250.0, 0.0) > GRID.solid
+    assert _evidence_at(floor, 250.0, 0.0) > SOLID
 
 
 def test_an_obstacle_on_the_path_blocks_it():
@@ -264,7 +274,7 @@ def test_it_grows_to_where_there_is_something_and_keeps_its_contents():
     for _ in range(2):
         floor.clear_footprint(down_the_corridor)
         floor.mark_obstacle(down_the_corridor, 500.0)
-        assert near > GRID.solid
+        assert near > SOLID
         assert _evidence_at(floor, 1250.0, 0.0) == near
         assert _evidence_at(floor, down_the_corridor.x_mm, 0.0) < 0.0
         assert floor.blocked_after_mm((down_the_corridor.x_mm, 0.0), down_the_corridor.ahead(1500.0)) is not None
@@ -308,8 +318,8 @@ def test_evidence_stays_within_its_bounds(actions):
                 now_s += range_mm / 100.0
                 floor.decay(now_s)
     assert np.isfinite(floor.log_odds).all()
-    assert floor.log_odds.max() <= GRID.most
-    assert floor.log_odds.min() >= -GRID.most
+    assert floor.log_odds.max() <= MAX_LOG_ODDS
+    assert floor.log_odds.min() >= MIN_LOG_ODDS
 
 
 @pytest.mark.parametrize("range_mm", [FARTHEST_ECHO_MM, None])

@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import HINT, MAX_LOG_ODDS, SOLID
 from behaviors.adaptive.occupancy_grid import USUAL_ROBOT, OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Point, Pose
@@ -31,14 +31,14 @@ def _room() -> OccupancyGrid:
     floor = OccupancyGrid()
     distance_mm = np.maximum(np.abs(X_MM), np.abs(Y_MM))
     floor.log_odds[distance_mm < HALF_ROOM_MM] = -1.0
-    floor.log_odds[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = GRID.most
+    floor.log_odds[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = MAX_LOG_ODDS
     return floor
 
 
 def _with_discs(discs: list[Disc]) -> OccupancyGrid:
     floor = _room()
     for x_mm, y_mm, radius_mm in discs:
-        floor.log_odds[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = GRID.most
+        floor.log_odds[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = MAX_LOG_ODDS
     return floor
 
 
@@ -57,7 +57,7 @@ def _along(route: tuple[Point, ...], start: Point = START) -> list[Point]:
 
 def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
     """Places on the straight legs of a way that are solid."""
-    return [place for place in _along(route, start) if floor.log_odds[CELLS.at(*place)] > GRID.solid]
+    return [place for place in _along(route, start) if floor.log_odds[CELLS.at(*place)] > SOLID]
 
 
 @pytest.mark.parametrize(("log_odds", "crosses"), [(0.4, True), (1.2, False)])
@@ -80,7 +80,7 @@ def test_on_free_floor_the_way_is_straight_and_takes_its_time(goal):
 
 def test_a_wall_is_gone_round():
     floor = _room()
-    floor.log_odds[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = GRID.most
+    floor.log_odds[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = MAX_LOG_ODDS
     goal = (1500.0, 0.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     route = routes.route_to(goal)
@@ -97,7 +97,7 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     floor = _room()
     across, along = (X_MM, Y_MM) if along_x else (Y_MM, X_MM)
     door = np.abs(along - shift_mm) < 240.0
-    floor.log_odds[(np.abs(across - 1000.0) < 100.0) & ~door] = GRID.most
+    floor.log_odds[(np.abs(across - 1000.0) < 100.0) & ~door] = MAX_LOG_ODDS
     goal = (1500.0, 0.0) if along_x else (0.0, 1500.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     assert routes.reaches(goal)
@@ -109,12 +109,12 @@ def _with_gap(log_odds: float) -> OccupancyGrid:
     """A room with a wall across it, in which a gap is narrower than the robot."""
     floor = _room()
     wall = np.abs(X_MM - 1000.0) < 100.0
-    floor.log_odds[wall & (np.abs(Y_MM) > 100.0)] = GRID.most
+    floor.log_odds[wall & (np.abs(Y_MM) > 100.0)] = MAX_LOG_ODDS
     floor.log_odds[wall & (np.abs(Y_MM) <= 100.0)] = log_odds
     return floor
 
 
-@pytest.mark.parametrize(("log_odds", "reached"), [(-1.0, True), (0.0, False), (GRID.hint, False)])
+@pytest.mark.parametrize(("log_odds", "reached"), [(-1.0, True), (0.0, False), (HINT, False)])
 def test_a_gap_that_looks_too_narrow_is_a_door_only_where_its_floor_is_known_to_be_free(log_odds, reached):
     """A wide beam makes a door look narrower than it is, but no echo leaves free floor between two posts."""
     assert PathPlanner(_with_gap(log_odds), START, SPEED_MM_S).reaches((1500.0, 0.0)) is reached
@@ -131,7 +131,7 @@ def test_a_short_way_round_is_better_than_a_gap_that_looks_too_narrow():
 
 def test_a_place_without_a_path_takes_forever():
     floor = _room()
-    floor.log_odds[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = GRID.most
+    floor.log_odds[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = MAX_LOG_ODDS
     routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, here = (1500.0, 0.0), (500.0, 0.0)
     seconds = routes.seconds_to(np.array([behind, here]))
@@ -216,7 +216,7 @@ def test_places_can_be_reached(discs, known):
     places = routes.reachable_places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()
-    assert all(floor.log_odds[CELLS.at(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
+    assert all(floor.log_odds[CELLS.at(x_mm, y_mm)] <= SOLID for x_mm, y_mm in places)
     if known:
         assert all(floor.log_odds[CELLS.at(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
 
@@ -225,7 +225,7 @@ def test_unknown_floor_before_an_opening_may_be_gone_to_and_what_lies_behind_a_w
     floor = _room()
     door = (X_MM > 0.0) & (np.abs(Y_MM) < 400.0) & (X_MM >= HALF_ROOM_MM - CELL_MM)
     floor.log_odds[door] = 0.0
-    floor.log_odds[floor.log_odds == GRID.most] = 0.5
+    floor.log_odds[floor.log_odds == MAX_LOG_ODDS] = 0.5
     places = PathPlanner(floor, START, SPEED_MM_S).reachable_places(CELL_MM, known=True)
     assert places[:, 0].max() > HALF_ROOM_MM + 100.0
     assert places[:, 0].max() < HALF_ROOM_MM + 500.0

@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from behaviors.adaptive.follow_path import TUNING as PATH
-from behaviors.adaptive.follow_path import FollowPathSkill
+from behaviors.adaptive.follow_path import KEPT, FollowPathSkill
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import FREE_NO_ECHO
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.perception import TUNING, Perception
+from behaviors.adaptive.perception import BURST, FREE_MM, Perception
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose
@@ -75,8 +74,8 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
         perception.drive(0.0, 90.0)
         ranges_mm.append(perception.step().range_mm)
     echoes_mm = [each for each in ranges_mm if each is not None]
-    assert min(echoes_mm) < TUNING.free_mm < max(echoes_mm)
-    assert known[1:] == [each is not None and each > TUNING.free_mm for each in ranges_mm[1:]]
+    assert min(echoes_mm) < FREE_MM < max(echoes_mm)
+    assert known[1:] == [each is not None and each > FREE_MM for each in ranges_mm[1:]]
     assert known[0], "before the first echo the floor ahead of the start is taken for free"
 
 
@@ -85,10 +84,10 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
     [
         (2.0, 0.0, 1),
         (65.0, 0.0, 1),
-        (SLOW_MS, 0.0, TUNING.burst),
+        (SLOW_MS, 0.0, BURST),
         (2.0, 0.8, 1),
         (65.0, 0.5, 1),
-        (SLOW_MS, 0.3, TUNING.burst),
+        (SLOW_MS, 0.3, BURST),
     ],
 )
 def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, look_s, frames):
@@ -132,7 +131,7 @@ def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_f
     for heading_deg in (-3.0, 0.0, 3.0):
         fast.add_no_echo(Pose(heading_deg=heading_deg))
     place = CELLS.at(600.0, 0.0)
-    assert slow.log_odds[place] == pytest.approx(fast.log_odds[place]) == pytest.approx(-3 * GRID.free_no_echo)
+    assert slow.log_odds[place] == pytest.approx(fast.log_odds[place]) == pytest.approx(-3 * FREE_NO_ECHO)
 
 
 def test_one_echo_over_a_slow_link_is_no_more_certain_than_over_a_fast_one_of_where_on_its_arc_something_stands():
@@ -164,7 +163,7 @@ def test_a_path_that_is_hardly_worse_than_the_best_is_kept(perceive):
     goal = x_mm - 300.0, y_mm
     route = ((x_mm - 150.0, y_mm + 20.0), goal)
     FollowPathSkill(perception, route).call()
-    assert PATH.kept > 1.0
+    assert KEPT > 1.0
     assert not [fact for fact in facts if fact.reason is Reason.PATH_RENEWED]
 
 

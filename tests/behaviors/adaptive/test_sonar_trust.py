@@ -5,8 +5,7 @@ import numpy as np
 from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.sonar_trust import TUNING as SONAR
-from behaviors.adaptive.sonar_trust import SonarTrust
+from behaviors.adaptive.sonar_trust import SILENT_S, SonarTrust
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Pose
@@ -40,9 +39,9 @@ def test_a_sonar_that_repeats_its_last_echo_on_the_way_is_not_believed_until_the
 def test_a_sonar_without_an_echo_for_some_time_is_silent():
     trust = SonarTrust()
     _drive(trust, lambda i: 2000.0 - i)
-    _drive(trust, lambda _: None, begin_s=4.0, steps=round(5.0 * SONAR.silent_s))
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(5.0 * SILENT_S))
     assert not trust.silent
-    _drive(trust, lambda _: None, begin_s=4.0, steps=round(12.0 * SONAR.silent_s))
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(12.0 * SILENT_S))
     assert trust.silent
 
 

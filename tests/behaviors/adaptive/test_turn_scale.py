@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.turn_scale import TUNING, TurnScale
+from behaviors.adaptive.turn_scale import ENOUGH_DEG, LEAST, LONGEST_DEG, TurnScale
 from behaviors.ports import Pose
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
@@ -32,7 +32,7 @@ def echo_range_mm(heading_deg, sides_mm=SIDES_MM):
     return min(ways)
 
 
-def turn(scale, by_wheels_deg=TUNING.longest_deg, sides_mm=SIDES_MM, step_deg=5.0):
+def turn(scale, by_wheels_deg=LONGEST_DEG, sides_mm=SIDES_MM, step_deg=5.0):
     """Return the scale estimator after a turn by the wheels in which the robot turns `scale` times as far."""
     scale_estimator = TurnScale()
     for step in range(math.ceil(abs(by_wheels_deg) / step_deg) + 1):
@@ -43,15 +43,15 @@ def turn(scale, by_wheels_deg=TUNING.longest_deg, sides_mm=SIDES_MM, step_deg=5.
 
 @given(st.floats(0.92, 1.08), st.sampled_from((1, -1)))
 def test_the_scale_of_turns_is_found(scale, direction):
-    found = turn(scale, direction * TUNING.longest_deg).estimate()
-    assert found == pytest.approx(scale, abs=TUNING.least + 0.003)
+    found = turn(scale, direction * LONGEST_DEG).estimate()
+    assert found == pytest.approx(scale, abs=LEAST + 0.003)
 
 
 def test_a_robot_that_turns_as_far_as_its_wheels_say_is_not_corrected():
     assert turn(1.0).estimate() == 1.0
 
 
-@pytest.mark.parametrize("by_wheels_deg", [0.0, 300.0, TUNING.enough_deg - 10.0])
+@pytest.mark.parametrize("by_wheels_deg", [0.0, 300.0, ENOUGH_DEG - 10.0])
 def test_a_turn_that_is_too_short_gives_no_estimate(by_wheels_deg):
     assert turn(1.05, by_wheels_deg).estimate() is None
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import APPEARED_DECAY_S, HINT, MAX_LOG_ODDS, MIN_LOG_ODDS, SOLID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
 from behaviors.mission.robot import CameraTable
@@ -165,7 +165,7 @@ def test_whatever_the_rays_the_map_stays_sound(angles, turn_deg_s):
     floor = OccupancyGrid()
     floor.add_view(Pose(), view, (Pose(), 500.0))
     assert np.isfinite(floor.log_odds).all()
-    assert -GRID.most <= floor.log_odds.min() <= floor.log_odds.max() <= GRID.most
+    assert MIN_LOG_ODDS <= floor.log_odds.min() <= floor.log_odds.max() <= MAX_LOG_ODDS
 
 
 # what the map makes of it
@@ -191,8 +191,8 @@ def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float = 20.0) -> float
 def test_what_is_seen_to_be_free_is_free_and_what_ends_the_floor_stands_there():
     floor = OccupancyGrid()
     _look(floor, _view(1000.0))
-    assert _evidence_at(floor, 700.0) < -GRID.hint
-    assert _evidence_at(floor, 1015.0) > GRID.solid
+    assert _evidence_at(floor, 700.0) < -HINT
+    assert _evidence_at(floor, 1015.0) > SOLID
     assert _evidence_at(floor, 1300.0) == 0.0
     assert _evidence_at(floor, 300.0) == 0.0, "below the frame"
 
@@ -201,7 +201,7 @@ def test_one_look_is_not_yet_accepted_and_its_repetition_adds_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
         floor.add_view(Pose(), _view(1000.0))
-    assert GRID.hint < _evidence_at(floor, 1015.0) < GRID.solid
+    assert HINT < _evidence_at(floor, 1015.0) < SOLID
 
 
 def test_a_view_from_where_an_undone_one_was_taken_counts():
@@ -209,13 +209,13 @@ def test_a_view_from_where_an_undone_one_was_taken_counts():
     floor.add_view(Pose(), _view(1000.0))
     floor.restore()
     floor.add_view(Pose(), _view(1000.0))
-    assert _evidence_at(floor, 1015.0) > GRID.hint
+    assert _evidence_at(floor, 1015.0) > HINT
 
 
 def test_what_is_placed_roughly_only_hints():
     floor = OccupancyGrid()
     _look(floor, _view(1000.0, exact=False), times=20)
-    assert GRID.hint < _evidence_at(floor, 1015.0) < GRID.solid
+    assert HINT < _evidence_at(floor, 1015.0) < SOLID
     assert not floor.seen.any()
 
 
@@ -223,7 +223,7 @@ def test_an_echo_from_beyond_shows_that_a_rug_is_not_an_obstacle():
     floor = OccupancyGrid()
     _look(floor, _view(800.0), echo_range_mm=1900.0)
     assert _evidence_at(floor, 815.0) <= 0.0
-    assert _evidence_at(floor, *Pose(heading_deg=25.0).ahead(800.0 / math.cos(math.radians(25.0)) + 15.0)) > GRID.solid
+    assert _evidence_at(floor, *Pose(heading_deg=25.0).ahead(800.0 / math.cos(math.radians(25.0)) + 15.0)) > SOLID
 
 
 def test_what_returns_echoes_but_looks_like_floor_stays_on_the_map():
@@ -233,7 +233,7 @@ def test_what_returns_echoes_but_looks_like_floor_stays_on_the_map():
         floor.add_view(pose, unseen, (pose, 500.0))
         floor.add_echo(pose, 500.0)
     evidence = _evidence_at(floor, 600.0)
-    assert evidence > GRID.solid
+    assert evidence > SOLID
     _look(floor, unseen, times=10)  # from here on without an echo
     assert _evidence_at(floor, 600.0) == evidence
     assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
@@ -245,9 +245,9 @@ def test_what_returns_echoes_from_afar_but_looks_like_floor_stays_a_hint():
         pose = Pose(y_mm=40.0 * (i % 2))
         floor.add_view(pose, unseen, (pose, 1000.0))
         floor.add_echo(pose, 1000.0)
-    assert _evidence_at(floor, 1100.0) > GRID.hint
+    assert _evidence_at(floor, 1100.0) > HINT
     _look(floor, unseen, times=10)
-    assert _evidence_at(floor, 1100.0) > GRID.hint
+    assert _evidence_at(floor, 1100.0) > HINT
 
 
 def test_what_is_nearer_than_the_frame_shows_is_not_taken_for_unseen():
@@ -258,7 +258,7 @@ def test_what_is_nearer_than_the_frame_shows_is_not_taken_for_unseen():
         pose = Pose(y_mm=40.0 * (i % 2))
         floor.add_view(pose, beside, (pose, 300.0))
         floor.add_echo(pose, 300.0)
-    assert _evidence_at(floor, 400.0) > GRID.solid
+    assert _evidence_at(floor, 400.0) > SOLID
     for i in range(10):
         floor.add_view(Pose(-500.0, 40.0 * (i % 2)), _view(3000.0))
     assert _evidence_at(floor, 400.0) < 0.0
@@ -270,7 +270,7 @@ def test_evidence_of_an_echo_goes_where_the_camera_sees_free_floor_beside_the_th
         floor.add_echo(Pose(y_mm=40.0 * (i % 2)), 900.0)
     before = _evidence_at(floor, *Pose(heading_deg=10.0).ahead(1000.0))
     _look(floor, _view(2000.0))
-    assert before > GRID.hint
+    assert before > HINT
     assert _evidence_at(floor, *Pose(heading_deg=10.0).ahead(1000.0)) < 0.0
 
 
@@ -285,8 +285,8 @@ def test_what_is_touched_where_the_floor_looked_free_was_overlooked_and_is_not_a
     floor.mark_obstacle(Pose(400.0), 0.0)
     _look(floor, _view(2500.0), times=10)
     touched = _evidence_at(floor, 600.0)
-    floor.decay(2.0 + GRID.appeared_decay_s)
-    assert touched > GRID.solid
+    floor.decay(2.0 + APPEARED_DECAY_S)
+    assert touched > SOLID
     assert _evidence_at(floor, 600.0) > 0.8 * touched
 
 
@@ -296,7 +296,7 @@ def test_a_robot_that_kept_away_from_what_it_saw_has_touched_something_else():
     floor.mark_obstacle(pose, 150.0)
     assert _evidence_at(floor, 930.0, 160.0) <= 0.0, "the wall is marked larger where it is nearest"
     floor.mark_obstacle(pose, 150.0)
-    assert _evidence_at(floor, 930.0, 160.0) > GRID.solid
+    assert _evidence_at(floor, 930.0, 160.0) > SOLID
 
 
 def test_what_was_touched_before_is_larger_though_the_robot_has_stood_on_part_of_its_mark():
@@ -306,7 +306,7 @@ def test_what_was_touched_before_is_larger_though_the_robot_has_stood_on_part_of
     floor.clear_footprint(Pose(880.0))  # odometry errs
     assert _evidence_at(floor, 960.0) < 0.0
     floor.mark_obstacle(pose, 0.0)
-    assert _evidence_at(floor, 1160.0, 160.0) > GRID.solid
+    assert _evidence_at(floor, 1160.0, 160.0) > SOLID
 
 
 @pytest.mark.parametrize("tilt_deg", [6.0, 7.0, 8.0])

@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from behaviors.adaptive.grid_cells import Cells
-from behaviors.adaptive.grid_tuning import TUNING as GRID
+from behaviors.adaptive.grid_tuning import HINT, SOLID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
@@ -173,7 +173,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
 def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
         world.perceive(i * 0.1, Pose(-40.0 * (i % 2)), 500.0 + 40.0 * (i % 2), [], NOTHING)
-    assert world.floor.log_odds.max() > GRID.solid
+    assert world.floor.log_odds.max() > SOLID
     silent = WorldModel(
         Mission.model_validate({"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}})
     )
@@ -195,7 +195,7 @@ def test_an_echo_belongs_to_where_the_robot_is_and_not_to_where_an_older_frame_w
         world.perceive(time_s, Pose(-back_mm), None, [], NOTHING)
         world.perceive(time_s + 0.5, Pose(-back_mm, 0.0, 21.0), None, [], NOTHING)
         world.see_floor(time_s, rays, post_mm + back_mm - 160.0)
-    assert float(world.floor.log_odds[CELLS.at(700.0, 20.0)]) < -GRID.hint
+    assert float(world.floor.log_odds[CELLS.at(700.0, 20.0)]) < -HINT
     assert not world.floor.seen[CELLS.at(post_mm, 20.0)]
 
 
