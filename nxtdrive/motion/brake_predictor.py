@@ -1,13 +1,10 @@
-"""Progress of a motion from readings of its wheels: distance left, speed, when to brake, stalls."""
+"""Prediction from readings of a motion's wheels when to brake: distance left, speed, time of the brake command."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from collections.abc import Sequence
-
-from behaviors.ports import StopReason
-from nxtdrive.motion.stall import StallDetector
 
 CREEP_DEG_S = 60.0
 """Speed of the last stretch: six counts per regulation period."""
@@ -31,42 +28,32 @@ class BrakePredictor:
         speed_deg_s: Towards the goal, over the last `WINDOW_S`; 0 before the second reading.
 
     Args:
-        stall_s: A wheel that has not moved for this time is stalled.
         weights: One weight per wheel in their mean.
         creep_deg_s: Speed of the last stretch of this motion: `CREEP_DEG_S`, or that of the whole motion if it is
             slower.
     """
 
-    def __init__(self, stall_s: float, weights: Sequence[float], creep_deg_s: float) -> None:
-        self._stall_s = stall_s
+    def __init__(self, weights: Sequence[float], creep_deg_s: float) -> None:
         self._weights = weights
         self._creep_deg_s = creep_deg_s
         self.remaining_deg = self.covered_deg = self.speed_deg_s = 0.0
         self._readings: deque[tuple[float, float]] = deque()
-        self._wheels: list[StallDetector] = []
         self._first_deg = self._began_s = self._now_s = 0.0
         self._direction = 1.0
 
     def update(self, time_s: float, remaining_deg: Sequence[float]) -> None:
         """Add a reading: its time, and each wheel's degrees to the goal."""
         mean_deg = weighted_mean(remaining_deg, self._weights)
-        if not self._wheels:
-            self._first_deg, self._began_s, self._direction = mean_deg, time_s, math.copysign(1, mean_deg)
-            self._wheels = [StallDetector(self._stall_s) for _ in remaining_deg]
-        self._now_s, self.remaining_deg, self.covered_deg = time_s, mean_deg, abs(self._first_deg - mean_deg)
         readings = self._readings
+        if not readings:
+            self._first_deg, self._began_s, self._direction = mean_deg, time_s, math.copysign(1, mean_deg)
+        self._now_s, self.remaining_deg, self.covered_deg = time_s, mean_deg, abs(self._first_deg - mean_deg)
         readings.append((time_s, mean_deg))
         while len(readings) > 2 and time_s - readings[1][0] >= WINDOW_S:
             readings.popleft()
         then_s, before_deg = readings[0]
         if time_s > then_s:
             self.speed_deg_s = (before_deg - mean_deg) / (time_s - then_s) * self._direction
-        for wheel, each in zip(self._wheels, remaining_deg, strict=True):
-            wheel.update(time_s, each)
-
-    def restart_stall_timer(self, number: int, time_s: float) -> None:
-        """Restart the stall timer of a wheel whose command was only just sent, maybe long after the last reading."""
-        self._wheels[number].restart(time_s)
 
     def brake_at(self, delay_s: float) -> float:
         """Predict when to send the brake command, on the link's clock.
@@ -87,10 +74,6 @@ class BrakePredictor:
             return self._now_s + remaining_deg / self._creep_deg_s - BRAKING_S - delay_s / 2
         first_s = self._first_deg * self._direction / self._creep_deg_s
         return self._began_s + delay_s / 2 + START_S + first_s - BRAKING_S
-
-    def stalled(self) -> StopReason | None:
-        """Return STALLED if any wheel has not moved for `stall_s`."""
-        return StopReason.STALLED if any(wheel.stalled for wheel in self._wheels) else None
 
 
 def weighted_mean(values: Sequence[float], weights: Sequence[float]) -> float:

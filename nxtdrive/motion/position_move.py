@@ -19,7 +19,7 @@ from nxtdrive.link.scheduler import Cancelled, Steps
 from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor, weighted_mean
 from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.outputs import Sample, sample
-from nxtdrive.motion.stall import STALL_S
+from nxtdrive.motion.stall import STALL_S, StallDetector
 
 CREEP_DEG = 15.0
 """Length of the last stretch."""
@@ -84,7 +84,7 @@ class SpeedProfile:
             return self.creep_deg_s
         return math.sqrt(self.creep_deg_s**2 + 2 * self.acceleration_deg_s2 * angle_deg)
 
-    def duration_s(self, angle_deg: float) -> float:
+    def timeout_s(self, angle_deg: float) -> float:
         """Return the longest time a motion of `angle_deg` should take."""
         return LATE_S + LATE * (angle_deg / self.speed_deg_s + 2 * self.speed_deg_s / self.acceleration_deg_s2)
 
@@ -130,6 +130,7 @@ class PositionMove:
         self._guard = guard
         self._on_reading = on_reading
         self._goals: list[float] = []
+        self._stalls: list[StallDetector] = []
         self._leases = [Lease(link, wheel.port, lease_s) for wheel in wheels]
         self._stall_s = stall_s
         self._cycle_s = CYCLE_S
@@ -173,15 +174,19 @@ class PositionMove:
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns None, or the reason to end earlier."""
         link = self._link
-        progress = BrakePredictor(self._stall_s, self._weights, self._profile.creep_deg_s)
-        deadline = link.now() + self._profile.duration_s(abs(angle_deg))
+        progress = BrakePredictor(self._weights, self._profile.creep_deg_s)
+        self._stalls = [StallDetector(self._stall_s) for _ in self._wheels]
+        deadline = link.now() + self._profile.timeout_s(abs(angle_deg))
         near = driven = False
         while True:
             stop = self._guard(near)
             began = link.now()
             reading, remaining_deg = self._read_wheels()
             progress.update(reading.time_s, remaining_deg)
-            stop = stop or progress.stalled() or (StopReason.TIMEOUT if began > deadline else None)
+            for stall, each_deg in zip(self._stalls, remaining_deg, strict=True):
+                stall.update(reading.time_s, each_deg)
+            stalled = any(stall.stalled for stall in self._stalls)
+            stop = stop or (StopReason.STALLED if stalled else StopReason.TIMEOUT if began > deadline else None)
             if stop is not None:
                 return stop
             brake_at = progress.brake_at(reading.delay_s)
@@ -212,11 +217,11 @@ class PositionMove:
         ahead = progress.speed_deg_s * (delay_s + REGULATION_LAG_S)
         left = abs(progress.remaining_deg) - ahead - creeping
         speed = self._profile.at(progress.covered_deg, left)
-        for number, (wheel, lease, each_deg) in enumerate(zip(self._wheels, self._leases, remaining_deg, strict=True)):
+        for wheel, lease, stall, each_deg in zip(self._wheels, self._leases, self._stalls, remaining_deg, strict=True):
             wanted = math.copysign(speed, progress.remaining_deg) + SYNC_PER_S * (each_deg - progress.remaining_deg)
             left_deg = abs(wheel.ratio) * (abs(each_deg) - progress.speed_deg_s * delay_s) + BEHIND_DEG
             if not lease.drive(wheel.ratio * wanted, left_deg=left_deg):
-                progress.restart_stall_timer(number, self._link.now())
+                stall.restart(self._link.now())  # the command was only just sent, maybe long after the reading
         return left <= creeping
 
     def _settle(self) -> Steps[float]:
