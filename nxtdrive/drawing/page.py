@@ -80,7 +80,7 @@ def draw_page(page: Page) -> Image.Image:
     view.draw_grid()
     page.paint(view)
     view.draw_axes()
-    draw_tags(view, page)
+    _draw_tags(view, page)
     for i, text in enumerate(titles):
         sheet.text((MARGIN, MARGIN + 26 + TITLE_PX * i), text, TITLE, bold=True)
     for i, text in enumerate(subtitles):
@@ -148,7 +148,7 @@ def place_tags(view: FloorView, page: Page) -> list[Box | None]:
     return place_boxes(points, [tag_size(tag) for tag in page.tags], inner, view.all_at(page.avoid), kept)
 
 
-def draw_tags(view: FloorView, page: Page) -> None:
+def _draw_tags(view: FloorView, page: Page) -> None:
     """Write numbers and names beside their places, with a line to the place."""
     placed = [(tag, box) for tag, box in zip(page.tags, place_tags(view, page), strict=True) if box]
     for tag, box in placed:

@@ -79,8 +79,8 @@ class Link:
         self._stepped = transport.simulated
         self._threads = threads
         self._lock = PriorityLock(threads)
-        self._queue, self._free = self._lock.queue, self._lock.free
-        self.motions = MotionScheduler(self, threads.lock(reentrant=True), threads.lock(reentrant=True))
+        self._queue, self._rlock = self._lock.queue, self._lock.rlock
+        self.motions = MotionScheduler(self, threads.new_lock(reentrant=True), threads.new_lock(reentrant=True))
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._measuring = False
         self._thread = None if self._stepped else LinkThread(self, self._core, threads)
@@ -114,7 +114,7 @@ class Link:
                 if now >= self._check_due:
                     now = self._check_before_request(now)
                 try:  # as in `PriorityLock.exclusive`; a call of it would cost time
-                    if self._queue or not self._free.acquire(False):
+                    if self._queue or not self._rlock.acquire(False):
                         self._lock.wait(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
                         now = self.now()
                     dialogue = self._dialogue
@@ -131,7 +131,7 @@ class Link:
                     return reply  # type: ignore[return-value]
                 finally:
                     try:  # noqa: SIM105
-                        self._free.release()
+                        self._rlock.release()
                     except RuntimeError:
                         pass
                     if self._queue:
@@ -238,9 +238,9 @@ class Link:
         else:
             self.motions.run_due()
 
-    def lock(self) -> Lock:
+    def new_lock(self) -> Lock:
         """Make a lock that may be held during a request; not reentrant."""
-        return self._threads.lock()
+        return self._threads.new_lock()
 
     # --- losses ---
 

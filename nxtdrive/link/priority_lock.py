@@ -56,13 +56,13 @@ class PriorityLock:
 
     Attributes:
         queue: The waiting threads; empty while only one thread uses the link.
-        free: The lock itself, reentrant because only such a lock records its owner. Time-critical code may do inline
+        rlock: The lock itself, reentrant because only such a lock records its owner. Time-critical code may do inline
             what `exclusive` does.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
         self.queue: list[_Waiter] = []
-        self.free = threads.lock(reentrant=True)
+        self.rlock = threads.new_lock(reentrant=True)
         self._threads = threads
         self._numbers = count()
 
@@ -75,12 +75,12 @@ class PriorityLock:
             LinkTimeout: Other threads held it for `timeout_s`; None: no limit.
         """
         try:
-            if self.queue or not self.free.acquire(False):
+            if self.queue or not self.rlock.acquire(False):
                 self.wait(preempting=preempting, timeout_s=timeout_s)
             return work(*args)
         finally:
             try:  # noqa: SIM105 - a handler may be called in `suppress`
-                self.free.release()
+                self.rlock.release()
             except RuntimeError:  # it was not acquired
                 pass
             if self.queue:
@@ -98,7 +98,7 @@ class PriorityLock:
             self.queue.append(waiter)
             while True:
                 waiter.woken.clear()
-                if min(self.queue, key=_RANK) is waiter and self.free.acquire(False):
+                if min(self.queue, key=_RANK) is waiter and self.rlock.acquire(False):
                     return
                 left = end - self._threads.now()
                 if left <= 0:

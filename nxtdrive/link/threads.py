@@ -51,7 +51,7 @@ class Threads:
         """Wait for an event, at most `timeout_s`, None: without limit; returns whether it is set."""
         return event.wait(timeout_s)
 
-    def lock(self, *, reentrant: bool = False) -> Lock:
+    def new_lock(self, *, reentrant: bool = False) -> Lock:
         """Make a lock that may be held during a request."""
         return threading.RLock() if reentrant else threading.Lock()
 

@@ -119,7 +119,7 @@ class Rover:
         self._stalls = [StallDetector() for _ in self._ports]
         self._motion: Motion[MotionResult] | None = None
         self._driving = False
-        self._sensor_lock = link.lock()
+        self._sensor_lock = link.new_lock()
         self._odometry = Odometry(self._wheels)
         self._correction: CompassCorrection | None = None
         if heading_sensor is not None:
@@ -236,7 +236,7 @@ class Rover:
             BrickError: The compass does not answer, and never has.
         """
         self._read_wheels()
-        self._align()
+        self._correct_heading()
         return self._odometry.pose
 
     def reset_pose(self, pose: Pose = START) -> None:
@@ -340,7 +340,7 @@ class Rover:
             self._link, wheels, profile, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s
         )
         stop = yield from move.steps(angle_deg)
-        self._align()
+        self._correct_heading()
         return MotionResult(stop, self._odometry.distance_mm - begin_mm, self._odometry.turned_deg - begin_deg)
 
     def _read_wheels(self) -> None:
@@ -362,7 +362,7 @@ class Rover:
         fresh_s, last = max(WATCH_S, FRESH_ROUND_TRIPS * self._link.latency_s), self._odometry.last
         return last is None or self._link.now() - last.time_s > fresh_s
 
-    def _align(self) -> None:
+    def _correct_heading(self) -> None:
         """Correct the heading by the compass, if there is one and the robot is at rest."""
         if self._correction is not None and ((self.done and not self._driving) or self._odometry.rest_s >= REST_S):
             self._correction.update()

@@ -138,7 +138,7 @@ class Files:
         with self.exclusive():
             if replace and (old := in_step(self._link, lambda: self._find(name))) is not None:
                 self._check_room(len(data), old.size)
-                with suppress_not_found():
+                with _suppress_not_found():
                     self._link.request(Delete(name))
             with self._closing(self._create(name, len(data))) as handle:
                 self._write(handle, data, progress)
@@ -169,7 +169,7 @@ class Files:
         """
         sectors = _sectors(size) - _sectors(deleted)
         if sectors > _free_sectors(self.free_bytes):
-            with suppress_not_found():
+            with _suppress_not_found():
                 self._link.request(Delete(NO_FILE))  # those of an aborted download are not counted as free yet
             if sectors > _free_sectors(self.free_bytes):
                 raise BrickError(Status.NO_SPACE, OpenWrite.__name__)
@@ -243,7 +243,7 @@ class Files:
 
     def _listing(self, pattern: str) -> list[FileFound]:
         found: list[FileFound] = []
-        with suppress_not_found():
+        with _suppress_not_found():
             entry = self._link.request(FindFirst(pattern))
             with self._closing(entry.handle):
                 while len(found) < LISTED_LIMIT:
@@ -301,7 +301,7 @@ class Files:
 
 
 @contextmanager
-def suppress_not_found() -> Iterator[None]:
+def _suppress_not_found() -> Iterator[None]:
     """Suppress FILE_NOT_FOUND."""
     try:
         yield

@@ -124,7 +124,7 @@ class I2CSensor(Sensor):
             received = self._collect(size)
         else:
             self.link.request(command)
-            self._wait_for_rest()
+            self._wait_until_idle()
             received = b""
         self._dirty = False
         return received
@@ -143,7 +143,7 @@ class I2CSensor(Sensor):
                 raise _Unanswered(f"the sensor on port {self.port} does not answer.", remedy="Plug it in again.")
             link.sleep(sent_s + STEP_S - link.now())
 
-    def _wait_for_rest(self) -> int:
+    def _wait_until_idle(self) -> int:
         """Wait until the bus is idle; return the number of unread bytes."""
         link = self.link
         deadline = link.now() + I2C_TIMEOUT_S
@@ -161,7 +161,7 @@ class I2CSensor(Sensor):
     def _drain(self) -> None:
         """Drop unread bytes of an earlier transaction, which would come first (docs/firmware.md section 1, fact 10)."""
         try:
-            if self._wait_for_rest():
+            if self._wait_until_idle():
                 self.link.request(LSRead(self._input))
         except BrickError as error:
             self._note_port_reset(error)

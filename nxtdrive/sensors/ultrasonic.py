@@ -32,7 +32,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
     def __init__(self, link: Link, port: SensorPort) -> None:
         super().__init__(link, port)
         self._silent = True
-        self._reading = link.lock()
+        self._lock = link.new_lock()
         self._last: Reading[float | None] | None = None
         self._started = False
         self._started_s = math.inf
@@ -45,7 +45,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
     @property
     def distance_mm(self) -> float | None:
         """Distance to the nearest echo in steps of 10 mm, up to 2540; None without an echo."""
-        with self._reading:
+        with self._lock:
             if self._ready and self._silent:
                 self._measure_on()
             begun_s = self.link.now()
@@ -60,7 +60,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
 
         The sensor is silent afterwards until the next measurement, so that others can measure undisturbed.
         """
-        with self._reading:
+        with self._lock:
             self._transact(bytes((self.address, _MODE, _SINGLE_SHOT)), 0)
             self._silent, self._started = True, False
             self.link.sleep(_PING_S)
@@ -69,27 +69,27 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
 
     def read(self, register: int, size: int) -> bytes:
         """Read as `I2CSensor.read` does, after waiting for a reading in progress."""
-        with self._reading:
+        with self._lock:
             self._started = False
             return super().read(register, size)
 
     def write(self, register: int, *values: int) -> None:
         """Write as `I2CSensor.write` does, after waiting for a reading in progress."""
-        with self._reading:
+        with self._lock:
             self._started = False
             super().write(register, *values)
 
     def start(self) -> None:
         """Start a measurement without waiting for it; see `poll`. While another caller reads, that reading will do."""
         self._started_s = self.link.now()
-        if self._reading.acquire(blocking=False):
+        if self._lock.acquire(blocking=False):
             try:
                 if self._ready and self._silent:
                     self._measure_on()
                 self.start_read(_DISTANCES)
                 self._started = True
             finally:
-                self._reading.release()
+                self._lock.release()
 
     def poll(self) -> tuple[bool, float | None]:
         """Fetch the measurement of `start`, or one that another caller has made since.
@@ -99,7 +99,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
         """
         if self._last is not None and self._last.time_s >= self._started_s:
             return True, self._last.value
-        if not self._reading.acquire(blocking=False):
+        if not self._lock.acquire(blocking=False):
             return False, None
         try:
             if not self._started:
@@ -108,7 +108,7 @@ class Ultrasonic(I2CSensor, QuantitySensor[float | None]):
                 return False, None
             centimetres = self.fetch()
         finally:
-            self._reading.release()
+            self._lock.release()
         return (False, None) if centimetres is None else (True, _mm(centimetres))
 
     def _measure_on(self) -> None:

@@ -82,7 +82,7 @@ class Lockstep(Threads):
     def wait(self, event, timeout_s=None):
         return event.is_set() or self.block(event.is_set, timeout_s)
 
-    def lock(self, *, reentrant=False):
+    def new_lock(self, *, reentrant=False):
         return LockstepLock(self, reentrant)
 
 

@@ -103,8 +103,8 @@ class CtrlC(Threads):
             self.interrupted = None
             raise KeyboardInterrupt
 
-    def lock(self, *, reentrant=False):
-        return InterruptedLock(self, super().lock(reentrant=reentrant))
+    def new_lock(self, *, reentrant=False):
+        return InterruptedLock(self, super().new_lock(reentrant=reentrant))
 
     def wait(self, event, timeout_s=None):
         self.strike("wait")
