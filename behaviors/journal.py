@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from numbers import Integral, Real
@@ -87,6 +87,16 @@ class Record:
         if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S:
             raise ValueError("a time out of range")
         return cls(float(time_s), RecordKind(kind), state, target, data)
+
+
+def start_of(records: Sequence[Record]) -> Record | None:
+    """Return the record of the mission's start; None if it did not begin."""
+    return next((record for record in records if record.kind is RecordKind.START), None)
+
+
+def end_of(records: Sequence[Record]) -> Record | None:
+    """Return the record of the mission's end; None if it was killed or is in progress."""
+    return next((record for record in reversed(records) if record.kind is RecordKind.END), None)
 
 
 Observer = Callable[[Record], None]

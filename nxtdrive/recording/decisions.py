@@ -11,7 +11,7 @@ from typing import Any
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
 from behaviors.evidence import Evidence, evidence_from
-from behaviors.journal import Record, RecordKind
+from behaviors.journal import Record, RecordKind, end_of
 from behaviors.operator import OperatorChoice, WeighingPolicy, candidates
 from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 from behaviors.return_types import checked
@@ -220,7 +220,7 @@ def _outcome(choice: Record, after: Sequence[Record]) -> DecisionOutcome:
         if _enters(record, "reached"):
             return outcome(DecisionResult.REACHED, record)
         if _enters(record, "finished"):
-            end = next((each for each in after if each.kind is RecordKind.END), None)
+            end = end_of(after)
             return outcome(DecisionResult.FINISHED, record, str(end.data.get("ending", "")) if end else "")
         entered = record
     last = after[-1] if after else choice

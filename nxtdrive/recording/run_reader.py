@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from codecs import BOM_UTF8
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviors.journal import JOURNAL_FORMAT, Record, RecordKind
+from behaviors.journal import JOURNAL_FORMAT, Record, end_of, start_of
 from behaviors.mission import Mission
 from behaviors.profile_names import PAST
 from firmware_protocol.errors import ConfigError
@@ -51,13 +50,8 @@ class PastRun:
 
     @property
     def end(self) -> Record | None:
-        """The journal's last record; None if the run was killed or is in progress."""
-        return next((record for record in reversed(self.records) if record.kind is RecordKind.END), None)
-
-
-def start_of(records: Sequence[Record]) -> Record | None:
-    """Return the record of the mission's start; None if it did not begin."""
-    return next((record for record in records if record.kind is RecordKind.START), None)
+        """The record of the mission's end; None if the run was killed or is in progress."""
+        return end_of(self.records)
 
 
 def read_run(path: Path) -> PastRun:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from PIL import Image
 
-from behaviors.journal import Record, RecordKind
+from behaviors.journal import Record, end_of, start_of
 from behaviors.mission import Mission
 from behaviors.mission.robot import CameraTable
 from nxtdrive.drawing.blocks import Note, Tag
@@ -20,7 +20,6 @@ from nxtdrive.recording.map.events import MapEvent, Numbering, numbering
 from nxtdrive.recording.map.painter import MapPainter, on_page
 from nxtdrive.recording.map.scene import START, Line, MapScene, gather, target_place
 from nxtdrive.recording.map.style import mark_style, target_color
-from nxtdrive.recording.run_reader import start_of
 from nxtdrive.recording.wording import spaced, target_outcome_words
 
 AXES = Axes("to the right of the start, m", "ahead of the start, m", up=True)
@@ -102,7 +101,7 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
     """Yield the profile, how the mission ended, and the outcome for each target."""
     if mission:
         yield f"profile {mission.mission.profile}"
-    end = next((record for record in reversed(records) if record.kind is RecordKind.END), None)
+    end = end_of(records)
     if end is None:
         yield f"the record stops at {records[-1].time_s:.1f} s" if records else "nothing was recorded"
         return
