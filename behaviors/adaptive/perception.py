@@ -73,6 +73,9 @@ class Perception:
         queue: The targets, with the current one.
 
     Attributes:
+        context: As given.
+        parameters: As given.
+        world: As given.
         sonar: Whether the sonar works.
         turns: The echoes of the current turn on the spot.
     """

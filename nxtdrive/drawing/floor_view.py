@@ -82,6 +82,12 @@ class FloorView:
         axes: Its axes.
         corner: Upper left corner of the frame.
         most: Maximum width and height of the frame.
+
+    Attributes:
+        sheet: As given.
+        area: As given.
+        scale: Pixels per millimetre.
+        frame: On the sheet.
     """
 
     def __init__(self, sheet: Sheet, area: Area, axes: Axes, corner: Point, most: Point) -> None:

@@ -62,7 +62,7 @@ class Sheet:
             self._draw.line(self._scaled(stroke), color, max(1, round(width * OVERSAMPLING)), joint="curve")
 
     def polygon(
-        self, points: Sequence[Point], fill: Color | None = None, outline: Color | None = None, width: float = 1.0
+        self, points: Sequence[Point], fill: Color | None, outline: Color | None = None, width: float = 1.0
     ) -> None:
         """Draw an area."""
         self._draw.polygon(self._scaled(points), fill, outline, max(1, round(width * OVERSAMPLING)))

@@ -41,10 +41,8 @@ USUAL = DriveSettings()
 """Those of a rover with the NXT set's wheels."""
 
 
-def checked_settings(
-    wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings | None = None
-) -> DriveSettings:
-    """Check sizes and settings of a rover; without settings, return the usual ones, as fast as such wheels allow.
+def checked_settings(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings | None) -> DriveSettings:
+    """Check sizes and settings of a rover; for None, return the usual settings, as fast as such wheels allow.
 
     Raises:
         LocalProtocolError: One is not a number, not positive, infinite, or faster than the wheels can turn.

@@ -84,6 +84,10 @@ class Motor:
         port: "A", "B" or "C".
         reversed: Whether the motor is mounted the other way round.
         settings: How fast it moves, and what stops it.
+
+    Attributes:
+        port: As given.
+        settings: As given.
     """
 
     def __init__(

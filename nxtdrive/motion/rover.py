@@ -79,6 +79,9 @@ class Rover:
         wheel_mismatch_percent: How much larger the right wheel is than the left one, -20..20; the diameter is the mean.
         turn_slip_percent: Share of each turn that the wheels lose by slipping, -20..50.
 
+    Attributes:
+        settings: How fast it moves.
+
     Raises:
         LocalProtocolError: A port is used twice, or a size, speed or type is wrong.
     """
@@ -248,7 +251,7 @@ class Rover:
         if self._correction is not None:
             self._correction.rebase(pose.heading_deg - before.heading_deg)
 
-    def correct_turns(self, scale: float, angle_deg: float = 0.0) -> None:
+    def correct_turns(self, scale: float, angle_deg: float) -> None:
         """Scale all turns by `scale` from now on: in the pose, and in commands to the wheels.
 
         Args:

@@ -33,6 +33,9 @@ class Recording:
         clock: The mission's and the frames' clock.
         video: Whether to keep the camera's pictures.
         room: Returns the true room of a simulated run, for the map; called now and at the end.
+
+    Attributes:
+        folder: As given.
     """
 
     def __init__(

@@ -40,6 +40,11 @@ class RunFolder:
 
     Args:
         path: An existing folder; files in it are overwritten.
+
+    Attributes:
+        path: As given.
+        records: Those of the journal so far.
+        mission: What `write_mission` wrote; None before.
     """
 
     def __init__(self, path: Path) -> None:

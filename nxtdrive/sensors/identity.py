@@ -26,7 +26,7 @@ class Identity:
         version: Such as ``V1.0``.
         vendor: Such as ``LEGO``.
         product: Such as ``Sonar``.
-        kind: Name of the driver's class for it as in `nxtdrive.sensors.kinds`, or ``i2c``.
+        kind: Its kind as in `nxtdrive.sensors.kinds`; ``i2c`` for one that is not listed there.
     """
 
     version: str

@@ -21,6 +21,8 @@ class Episode:
         vision: How targets are seen: ``geometric`` or ``camera``.
 
     Attributes:
+        scenario: As given.
+        simulation: Its world and brick; a profile has no access to it.
         observers: Called with every record of the journal.
         reached: When the robot stopped where a stop counts, for each target for which it did, seconds from the start.
         robot: The ports, as every profile gets them.
