@@ -51,7 +51,10 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
 def note_simulated(brick: Brick) -> None:
     """Warn that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
     if brick.link.transport.address.startswith(DEFAULT_ADDRESS):
-        text = "this was the simulated brick, which starts afresh with each command. `nxtdrive list` finds others."
+        text = (
+            "this was the simulated brick, which starts afresh with each command. `nxtdrive list` finds others, and "
+            "`nxtdrive sim serve` offers a simulated one that stays."
+        )
         write_error(text, sender="note: ")
 
 

@@ -92,7 +92,7 @@ def _get(args: argparse.Namespace, brick: Brick) -> None:
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
 
-def _put(args: argparse.Namespace, brick: Brick) -> None:
+def _put(args: argparse.Namespace, brick: Brick) -> int:
     if args.name and len(args.paths) > 1:
         raise ConfigError("--as names a single file.", remedy="Send the files one by one.")
     for path in args.paths:
@@ -101,10 +101,17 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         except InputFileError as error:
             raise ConfigError(str(error)) from None
         name = args.name or path.name
-        with _progress(name) as progress:
-            brick.files.write(name, content, progress, replace=args.replace)
+        try:
+            with _progress(name) as progress:
+                brick.files.write(name, content, progress, replace=args.replace)
+        except BrickError as error:
+            if error.status is not Status.FILE_EXISTS:
+                raise
+            write_error(f"{name} is already on the brick; --replace replaces it.")
+            return exit_code(error)
         _say(args, {"name": name, "size": len(content), "path": str(path)})
     note_simulated(brick)
+    return DONE
 
 
 def _rm(args: argparse.Namespace, brick: Brick) -> int:

@@ -50,8 +50,19 @@ def test_put_sends_what_get_would_fetch(brick, capsys):
     said = capsys.readouterr()
     assert "alarm.rso: 200 bytes" in said.out
     assert said.err.startswith("note: this was the simulated brick")
+    assert "`nxtdrive sim serve` offers a simulated one that stays" in said.err
     written = [each.request[3:] for each in read_trace(brick / "put.nxttrace").exchanges() if each.request[1] == 0x83]
     assert b"".join(written) == bytes(range(200))
+
+
+def test_put_names_the_option_that_replaces_a_file(brick, capsys):
+    (brick / "melody.rso").write_bytes(b"new")
+    put = ["files", "put", "melody.rso", "--as", "NVConfig.sys", "--nxt", "sim://open"]
+    assert main(put) == REFUSED
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "nxtdrive: NVConfig.sys is already on the brick; --replace replaces it.\n"
+    assert main([*put, "--replace"]) == DONE
 
 
 def test_rm_deletes_by_pattern(capsys):
