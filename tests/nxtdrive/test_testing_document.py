@@ -27,6 +27,15 @@ def test_the_worlds_examples_run(sim_world, tmp_path, monkeypatch):
     assert set(sim_world.truth.pictures) == {"cat", "lena"}
 
 
+def test_the_example_with_a_button_presses_it_once(sim_world):
+    [block] = [text for text in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "def press_enter(" in text]
+    names = {}
+    exec(block, names)
+    sim_world.advance(5)
+    names["press_enter"](sim_world)
+    assert [button.short_releases for button in sim_world.simulation.brick.button.buttons] == [0, 0, 0, 1]
+
+
 def test_every_device_to_plug_in_is_explained():
     assert set(devices.__all__) - {"NO_ECHO"} == {
         name for name in devices.__all__ if f"| `{name}`" in PAGE or f", `{name}` |" in PAGE
