@@ -108,12 +108,12 @@ class FloorView:
         return [self.at(point) for point in points]
 
     def draw_grid(self) -> None:
-        """Draw a line for each tick."""
+        """Draw a line for each tick, on whole pixels: spread over two, it is too pale for the colours of a PNG."""
         left, top, right, bottom = self.frame
         for x, _ in self._ticks(across=True):
-            self.sheet.line([(x, top), (x, bottom)], GRID)
+            self.sheet.line([(math.floor(x), top), (math.floor(x), bottom)], GRID)
         for y, _ in self._ticks(across=False):
-            self.sheet.line([(left, y), (right, y)], GRID)
+            self.sheet.line([(left, math.floor(y)), (right, math.floor(y))], GRID)
 
     def draw_axes(self) -> None:
         """Hide everything outside the frame; draw frame, ticks and the axes' titles."""

@@ -13,10 +13,10 @@ from PIL import Image
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.drawing.blocks import BODY, Note, Tag
-from nxtdrive.drawing.floor_view import Area, Axes, FloorView, tick_mm
+from nxtdrive.drawing.floor_view import GRID, Area, Axes, FloorView, tick_mm
 from nxtdrive.drawing.legend import SAMPLE_PX, Key, dot_sample, line_sample
 from nxtdrive.drawing.page import MARGIN, NARROWEST, WIDTH, Page, draw_page
-from nxtdrive.drawing.sheet import INK, Sheet, dashes, encoded, text_width
+from nxtdrive.drawing.sheet import INK, PAPER, Sheet, dashes, encoded, text_width
 
 AXES = Axes("x, m", "y, m", up=True)
 
@@ -98,3 +98,11 @@ def test_a_drawing_is_written_in_the_format_of_its_suffix(suffix):
 def test_an_unknown_format_is_refused_with_advice(name):
     with pytest.raises(ConfigError, match=r"\.png"):
         encoded(Sheet(3, 3).finished(), Path(name))
+
+
+def test_every_line_of_the_grid_is_equally_dark():
+    sheet = Sheet(900, 400)
+    FloorView(sheet, Area(-130, 0, 2270, 900), AXES, (60.3, 20.7), (777.7, 333.3)).draw_grid()
+    picture = np.asarray(sheet.finished())
+    for middle in (picture[40:300, 300], picture[100, 70:800]):
+        assert {tuple(map(int, pixel)) for pixel in middle} == {PAPER, GRID}
