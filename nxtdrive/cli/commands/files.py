@@ -15,7 +15,7 @@ from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
-from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, exit_code
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, REFUSED, USAGE, exit_code
 from nxtdrive.cli.options import (
     add_action,
     add_brick_arguments,
@@ -108,7 +108,7 @@ def _put(args: argparse.Namespace, brick: Brick) -> int:
             if error.status is not Status.FILE_EXISTS:
                 raise
             write_error(f"{name} is already on the brick; --replace replaces it.")
-            return exit_code(error)
+            return REFUSED
         _say(args, {"name": name, "size": len(content), "path": str(path)})
     note_simulated(brick)
     return DONE
