@@ -7,7 +7,9 @@
     ├── BrickNotFound(LookupError)            a valid address, but no brick there
     ├── LinkError                             the link to the brick
     │   ├── LinkTimeout(TimeoutError)         no reply within the deadline
+    │   │   └── SensorTimeout                 the brick replies, but the sensor does not
     │   ├── LinkLost(ConnectionError)         the cable, the radio or the peer is gone
+    │   │   └── Interrupted                   the link is back, but the motors have stopped
     │   ├── LinkBusy                          another program uses the brick
     │   └── PermissionDenied(PermissionError) the operating system denies access
     ├── ProtocolError
@@ -67,8 +69,16 @@ class LinkTimeout(LinkError, TimeoutError):
     """No reply within the deadline."""
 
 
+class SensorTimeout(LinkTimeout):
+    """The brick answers, but the sensor does not."""
+
+
 class LinkLost(LinkError, ConnectionError):
     """The cable was unplugged, the radio is out of range or the peer closed the link."""
+
+
+class Interrupted(LinkLost):
+    """The link was lost and is open again, but the motors that were driven have stopped."""
 
 
 class LinkBusy(LinkError):

@@ -273,7 +273,10 @@ class Brick:
         compass: SensorPort | None = None,
         **options: Unpack[RoverOptions],
     ) -> Rover:
-        """Return this brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
+        """Return this brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`.
+
+        Each call makes another rover, whose pose begins at zero: keep the first one.
+        """
         from nxtdrive.motion.rover import Rover
 
         return Rover(

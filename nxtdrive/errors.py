@@ -8,6 +8,7 @@ from firmware_protocol.errors import (
     CameraError,
     CommunicationPending,
     ConfigError,
+    Interrupted,
     LinkBusy,
     LinkError,
     LinkLost,
@@ -18,6 +19,7 @@ from firmware_protocol.errors import (
     PermissionDenied,
     ProtocolError,
     RemoteProtocolError,
+    SensorTimeout,
 )
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "CameraError",
     "CommunicationPending",
     "ConfigError",
+    "Interrupted",
     "LinkBusy",
     "LinkError",
     "LinkLost",
@@ -38,4 +41,5 @@ __all__ = [
     "PermissionDenied",
     "ProtocolError",
     "RemoteProtocolError",
+    "SensorTimeout",
 ]

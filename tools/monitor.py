@@ -9,12 +9,11 @@ from typing import Any
 
 from firmware_protocol.direct import GetInputValues, GetOutputState, InputValues, SetInputMode
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, SensorMode, SensorType
-from firmware_protocol.errors import BrickError, LinkError, RemoteProtocolError
+from firmware_protocol.errors import BrickError, LinkError, RemoteProtocolError, SensorTimeout
 from nxtdrive.brick import Brick
 from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, SensorPort, output_port
 from nxtdrive.sensors import QuantitySensor, identify
 from nxtdrive.sensors.kinds import KINDS, in_words, kind_of, make_sensor, plain
-from nxtdrive.sensors.port import SensorTimeout
 
 DIGITAL = "I2C sensor (digital)"
 TYPES = {

@@ -63,10 +63,6 @@ class LinkState(Enum):
     CLOSED = "closed"
 
 
-class Interrupted(LinkLost):
-    """The link was lost and is open again, but the motors that were driven have stopped."""
-
-
 class LinkCore:
     """The state of one link. Its methods may be called from several threads; none of them blocks.
 

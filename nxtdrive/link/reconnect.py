@@ -6,9 +6,9 @@ import math
 import threading
 from typing import Any, Protocol
 
-from firmware_protocol.errors import LinkLost
+from firmware_protocol.errors import Interrupted, LinkLost
 from firmware_protocol.telegram import Command
-from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
+from nxtdrive.link.core import IDEMPOTENT, LinkCore, LinkState
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.transports import reopen_transport
 from nxtdrive.transports.base import Transport, closed

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from behaviors.ports import SensorListener
-from firmware_protocol.errors import BrickError, NXTError
+from firmware_protocol.errors import BrickError, NXTError, SensorTimeout
 from nxtdrive.link.link import Link
-from nxtdrive.sensors.port import SensorTimeout
 
 T = TypeVar("T")
 

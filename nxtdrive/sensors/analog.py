@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from firmware_protocol.enums import SensorMode, SensorType
+from firmware_protocol.errors import SensorTimeout
 from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, in_range
-from nxtdrive.sensors.port import Sensor, SensorTimeout
+from nxtdrive.sensors.port import Sensor
 from nxtdrive.sensors.reading import QuantitySensor
 
 POLL_S = 0.02

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_protocol.errors import BrickError
+from firmware_protocol.errors import BrickError, SensorTimeout
 from nxtdrive.sensors.i2c import I2CSensor
-from nxtdrive.sensors.port import SensorTimeout
 from nxtdrive.sensors.reading import QuantitySensor
 
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from firmware_protocol.direct import LSGetStatus, LSRead, LSWrite
 from firmware_protocol.enums import SensorType
-from firmware_protocol.errors import BrickError, CommunicationPending
+from firmware_protocol.errors import BrickError, CommunicationPending, SensorTimeout
 from firmware_protocol.status import Status
 from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, in_range, whole_number
-from nxtdrive.sensors.port import STEP_S, Sensor, SensorTimeout
+from nxtdrive.sensors.port import STEP_S, Sensor
 
 ADDRESS = 0x02
 """8-bit write address of LEGO's own sensors and most others."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_protocol.direct import GetInputValues, InputValues, SetInputMode
 from firmware_protocol.enums import SensorMode, SensorType
-from firmware_protocol.errors import LinkTimeout
+from firmware_protocol.errors import SensorTimeout
 from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, input_port
 
@@ -12,10 +12,6 @@ SETTLING_S = 0.5
 """Timeout for valid values after the type was set, which takes up to 400 ms. Source: docs/firmware.md section 6."""
 STEP_S = 0.005
 """Shortest interval for polling a value that is not ready yet."""
-
-
-class SensorTimeout(LinkTimeout):
-    """The brick answers, but the sensor does not."""
 
 
 class Sensor:

@@ -10,8 +10,8 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, KeepAlive, PlayTone
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import BrickNotFound, LinkLost
-from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, LinkCore, LinkState
+from firmware_protocol.errors import BrickNotFound, Interrupted, LinkLost
+from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, LinkCore, LinkState
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.tools.monitor import watch
 from sim_backend.devices import ColorSensor, TemperatureSensor, UltrasonicSensor

@@ -6,7 +6,7 @@ import pytest
 
 from firmware_protocol.direct import LSRead, SetInputMode
 from firmware_protocol.enums import InputPort, SensorMode, SensorType
-from firmware_protocol.errors import BrickError, ConfigError, LinkTimeout, LocalProtocolError
+from nxtdrive.errors import BrickError, ConfigError, LinkTimeout, LocalProtocolError, SensorTimeout
 from nxtdrive.sensors import Color, Identity, RcxTemperature, Reading, identify
 from nxtdrive.sensors.i2c import bus_time_s
 from nxtdrive.sensors.kinds import KINDS, in_words, make_sensor
@@ -100,14 +100,14 @@ def test_the_compass_says_the_heading(lab, heading_deg):
 def test_a_value_that_no_compass_gives_is_refused(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: 255))
-    with pytest.raises(LinkTimeout, match="0 to 359"):
+    with pytest.raises(SensorTimeout, match="0 to 359"):
         _ = room.brick.compass(4).heading_deg
 
 
 def test_an_empty_port_has_no_temperature(lab):
     room = lab()
     room.attach(2, None)
-    with pytest.raises(LinkTimeout, match="empty"):
+    with pytest.raises(SensorTimeout, match="empty"):
         _ = RcxTemperature(room.brick.link, 2).celsius
 
 
@@ -136,7 +136,7 @@ def test_an_old_firmware_without_colours_is_reported(lab):
 def test_a_missing_colour_sensor_gives_no_colour(lab):
     room = lab()
     room.attach(3, None)
-    with pytest.raises(LinkTimeout, match="plugged in"):
+    with pytest.raises(SensorTimeout, match="plugged in"):
         _ = room.brick.color(3).color
 
 

@@ -12,10 +12,10 @@ from contextlib import suppress
 from behaviors.executive import Ending, Executive
 from behaviors.ports import Ports
 from firmware_protocol.direct import KeepAlive
-from firmware_protocol.errors import NXTError
+from firmware_protocol.errors import Interrupted, NXTError
 from firmware_protocol.iomap import COMMAND, UI
 from nxtdrive.brick import Brick
-from nxtdrive.link.core import Interrupted, LinkState
+from nxtdrive.link.core import LinkState
 from nxtdrive.link.link import LONGEST_SILENCE_S
 from nxtdrive.link.reconnect import PROBE_S
 from nxtdrive.mission.body import MissionClock, build_body
