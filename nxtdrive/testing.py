@@ -91,7 +91,7 @@ class SimWorld:
         seed = _whole("seed", seed)
         if firmware not in FIRMWARES:
             *others, last = map(repr, FIRMWARES)
-            raise ConfigError(f"there is no firmware {firmware!r}; it is {', '.join(others)} or {last}.")
+            raise ConfigError(f"there is no firmware {firmware!r}; it is {', '.join(others)} or {last}, in quotes.")
         self._latency_ms = _number("latency_ms", latency_ms)
         if not 0 <= self._latency_ms <= MAX_LATENCY_MS:
             raise ConfigError(f"latency_ms must be from 0 to {MAX_LATENCY_MS}, not {latency_ms:g}.")

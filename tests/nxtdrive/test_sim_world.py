@@ -297,7 +297,7 @@ def test_a_limit_of_time_must_be_positive(value):
         ({"latency_ms": math.nan}, "latency_ms must be from 0 to 10000, not nan"),
         ({"latency_ms": 1e9}, "latency_ms must be from 0 to 10000"),
         ({"latency_ms": "30"}, "latency_ms must be a number, not '30'"),
-        ({"firmware": 1.05}, r"there is no firmware 1.05; it is '1.29', '1.05' or '1.32'"),
+        ({"firmware": 1.05}, r"there is no firmware 1.05; it is '1.29', '1.05' or '1.32', in quotes"),
         ({"firmware": "1.5"}, "there is no firmware '1.5'"),
         ({"seed": "3"}, "seed must be a whole number, not '3'"),
         ({"seed": None}, "seed must be a whole number, not None"),
