@@ -256,6 +256,33 @@ def test_only_the_main_button_of_a_mouse_drives(browser, tell):
     assert _sent(browser, "drive") == []
 
 
+def _touch(browser: WebDriver, kind: str, *points: tuple[float, float]) -> None:
+    browser.execute_cdp_cmd(
+        "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]}
+    )
+
+
+@pytest.mark.parametrize(
+    "shows",
+    [
+        {"type": "control", "driver": "page 1", "asking": ""},  # a button that makes the panel higher
+        {**STATE, "doing": "stopped by an obstacle that is less than 200 mm ahead, " * 3},  # a higher header
+    ],
+)
+def test_what_the_page_shows_while_the_pad_is_touched_does_not_drive(browser, tell, shows):
+    resize(browser, 390, 844, mobile=True)
+    rect = browser.find_element(By.ID, "pad").rect
+    x, y = rect["x"] + rect["width"] / 2, rect["y"] + rect["height"] / 2
+    _touch(browser, "touchStart", (x, y))
+    tell(shows)
+    _touch(browser, "touchMove", (x + 20, y))
+    _touch(browser, "touchMove", (x, y))
+    _touch(browser, "touchEnd")
+    drives = _sent(browser, "drive")
+    assert any(each["turn"] for each in drives)
+    assert all(abs(each["ahead"]) < 0.05 for each in drives), drives
+
+
 def test_the_page_says_which_mission_runs(browser, tell):
     Select(browser.find_element(By.ID, "mission")).select_by_value("dog.toml")
     tell(RUN)

@@ -25,8 +25,9 @@ export class Drive {
   }
 
   listenToPad() {
+    let box = null;
     const move = (event) => {
-      const box = this.pad.getBoundingClientRect(), radius = box.width / 2;
+      const radius = box.width / 2;
       const x = (event.clientX - box.left) / radius - 1, y = 1 - (event.clientY - box.top) / radius;
       const far = Math.max(1, Math.hypot(x, y));
       this.dragged = [y / far, x / far];
@@ -35,6 +36,7 @@ export class Drive {
     this.pad.addEventListener("pointerdown", (event) => {
       if (event.button) return; // the menu of another one would hide that it is released
       this.pad.setPointerCapture(event.pointerId);
+      box = this.pad.getBoundingClientRect(); // where it was touched: what the page shows then may move it
       this.connection.send({ type: "drive", ahead: 0, turn: 0 });
       move(event);
     });
