@@ -401,6 +401,13 @@ def test_echoes_are_drawn_ahead_of_the_sonar_of_this_robot(browser, tell):
     assert browser.execute_async_script(INK, ECHOES) > 0
 
 
+def test_a_tap_on_a_state_says_what_it_means(browser, tell):
+    chart = {"regions": [{"state": "mission", "inner": [{"state": "gave_up", "inner": []}]}], "initial": []}
+    tell({**HELLO, "chart": {**chart, "words": {"mission": "all of it", "gave_up": "the target is left"}}})
+    browser.find_element(By.XPATH, "//*[text()='gave up']").click()
+    assert "gave up: the target is left" in _text(browser, "chart-panel")
+
+
 def test_a_swipe_over_the_map_moves_the_page(browser, tell):
     script = "return getComputedStyle(document.getElementById('map')).touchAction"
     assert browser.execute_script(script) == "auto"

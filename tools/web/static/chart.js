@@ -6,6 +6,7 @@ const TRANSITIONS = 6;
 export class Chart {
   constructor(connection, element) {
     this.element = element;
+    this.hint = element.parentElement.querySelector(".hint");
     this.boxes = new Map();
     this.parents = new Map();
     connection.on("hello", ({ chart, recoveries }) => this.build(chart, recoveries));
@@ -46,6 +47,10 @@ export class Chart {
     const box = document.createElement("div");
     box.className = "state";
     box.title = this.words[id] ?? "";
+    box.addEventListener("click", (event) => { // a phone shows no title
+      event.stopPropagation();
+      this.hint.textContent = `${id.replaceAll("_", " ")}: ${box.title}`;
+    });
     this.parents.set(id, parent);
     this.boxes.set(id, box);
     if (inner.length) {
