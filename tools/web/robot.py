@@ -40,6 +40,8 @@ SLICE_S = 0.005
 """A simulated robot sleeps in slices of this time, so that a message of the driver is handled at once."""
 RETRY_S = 0.5
 """Time between attempts to reach a lost brick, without news."""
+MEASURED = frozenset({"range_mm", "touching", "battery_mv", "latency_ms"})
+"""What a state has only while the brick can be reached."""
 CLOSE_S = 5.0
 """How long closing waits for the robot's thread; a brick that does not answer stops its motors itself."""
 AWAITS_CENTRE = "Let go of the pad, then drive. A program sends zeros once."
@@ -293,7 +295,7 @@ class Robot:
             except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
                 if not isinstance(error, SENSOR_ERRORS):
                     self.controls.set_neutral()  # as after a task
-                self._hub.show("link", {"lost": str(error)})
+                self._show_lost(error)
                 self._news.wait(RETRY_S)
                 self._news.clear()  # or the next wait would not wait
         if pilot.moving:
@@ -335,6 +337,13 @@ class Robot:
             **self._hand_state(),
         }
         self._hub.show("state", self._state)
+
+    def _show_lost(self, error: NXTError) -> None:
+        """Send why the robot cannot be driven, and the last state, if there is one, without what was measured."""
+        self._hub.show("link", {"lost": str(error)})
+        if self._state:
+            kept = {key: value for key, value in self._state.items() if key not in MEASURED}
+            self._hub.show("state", {**kept, "doing": "cannot be driven", **self._hand_state()})
 
     def _show_doing(self, what: str) -> None:
         """Send the last state again, if there is one, with what the robot does now."""

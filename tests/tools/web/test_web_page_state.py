@@ -365,6 +365,13 @@ def test_without_a_connection_no_measurement_is_shown(browser, tell):
     assert {_text(browser, each) for each in ("battery", "range", "bumper", "link")} == {"–"}
 
 
+def test_without_the_brick_no_measurement_is_shown(browser, tell):
+    measured = ("range_mm", "touching", "battery_mv", "latency_ms")
+    tell({**{key: value for key, value in STATE.items() if key not in measured}, "doing": "cannot be driven"})
+    assert _text(browser, "doing") == "cannot be driven"
+    assert {_text(browser, each) for each in ("battery", "range", "bumper", "link")} == {"–"}
+
+
 def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell):
     browser.execute_script("window.later = []; window.setTimeout = (call) => later.push(call)")
     tell({"type": "link", "lost": "the cable is out"}, {"type": "refused", "text": "not now"})

@@ -227,6 +227,33 @@ def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_ba
             robot.close()
 
 
+def test_of_a_lost_brick_nothing_old_is_shown_and_a_stop_is(tmp_path):
+    shown, unreachable, stopped = [], threading.Event(), threading.Event()
+
+    class Watcher(Hub):
+        def show(self, kind: str, values: Mapping[str, Any]) -> None:
+            super().show(kind, values)
+            if kind == "state":
+                shown.append(values)
+                if values["doing"] == "cannot be driven":
+                    (stopped if values["stopped"] else unreachable).set()
+
+    faults = LinkFaults(unplugged_ms=((2000, 10**9),))
+    with shared("pulled", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
+        robot = Robot(Address.parse(address), None, read_mission_file(None), Watcher(), tmp_path)
+        robot.controls.steer(0.0, 0.0, math.inf)
+        robot.controls.steer(0.0, 1.0, math.inf)  # never old
+        robot.open()
+        try:
+            assert unreachable.wait(LIMIT_S)
+            robot.stop()
+            assert stopped.wait(LIMIT_S)
+        finally:
+            robot.close()
+    assert "driving" in {each["doing"] for each in shown}
+    assert shown[0].keys() - shown[-1].keys() == {"range_mm", "touching", "battery_mv", "latency_ms"}
+
+
 class PauseWitness(Hub):
     """A hub that knows whether the mission is shown as paused, and when one has failed."""
 

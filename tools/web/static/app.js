@@ -31,9 +31,7 @@ for (const change of ["hello", "run", "ended"]) connection.on(change, () => fail
 connection.on("record", ({ record }) => {
   if (record.kind === "sensor") record.answers ? failed.delete(record.sensor) : failed.add(record.sensor);
 });
-connection.on("closed", () => {
-  for (const each of ["battery", "range", "bumper", "link"]) find(each).textContent = "–";
-});
+connection.on("closed", forgetMeasurements);
 connection.on("ended", ({ ending, duration_s }) => {
   if (drives) return;
   // this was the program's only run: the page stays as it is
@@ -44,7 +42,10 @@ connection.on("ended", ({ ending, duration_s }) => {
 connection.on("link", ({ lost }) => {
   if (lost !== lostLink) notice(lostLink = lost); // it comes with each state, and must not hide other notices
 });
-connection.on("state", showState);
+connection.on("state", (state) => {
+  if (!("battery_mv" in state)) forgetMeasurements(); // the brick cannot be reached
+  showState(state);
+});
 connection.on("status", showState);
 connection.on("true_room", () => (find("layer-truth-label").hidden = false));
 connection.on("control", ({ driver, asking }) => {
@@ -57,6 +58,10 @@ connection.on("control", ({ driver, asking }) => {
 find("take").addEventListener("click", () => connection.send({ type: "take_control" }));
 find("give").addEventListener("click", () => connection.send({ type: "give_control" }));
 find("speed").addEventListener("input", ({ target }) => connection.send({ type: "speed_limit", percent: Number(target.value) }));
+
+function forgetMeasurements() {
+  for (const each of ["battery", "range", "bumper", "link"]) find(each).textContent = "–";
+}
 
 function showState(state) {
   if (connection.ended) return;

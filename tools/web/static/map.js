@@ -24,7 +24,7 @@ export class FloorMap {
       if (now.running || (now.saved && !saved)) this.clear();
       saved = now.saved;
     });
-    connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm));
+    connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm ?? null));
     connection.on("record", ({ record }) => this.record(record));
     connection.on(`image ${GRID}`, ({ bitmap }) => { this.free = tinted(bitmap, freeColour); this.obstacles = tinted(bitmap, obstacleColour); bitmap.close(); this.draw(); });
     connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); bitmap.close(); this.draw(); });
