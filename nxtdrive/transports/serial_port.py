@@ -19,6 +19,7 @@ from firmware_protocol.errors import (
     LinkLost,
     NXTError,
     PermissionDenied,
+    system_words,
 )
 from nxtdrive.host.access import device_remedy
 from nxtdrive.transports.address import Address
@@ -83,7 +84,8 @@ class SerialTransport(StreamTransport):
             self._port.close()
 
     def _lost(self, error: Exception) -> LinkLost:
-        return LinkLost(f"the link through {self.address} is lost: {error}.", remedy="Is the brick on and in range?")
+        reason = system_words(error) if isinstance(error, OSError) else error
+        return LinkLost(f"the link through {self.address} is lost: {reason}.", remedy="Is the brick on and in range?")
 
 
 def _cannot_open(device: str, error: Exception) -> NXTError:

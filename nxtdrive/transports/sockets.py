@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 
-from firmware_protocol.errors import LinkLost, LinkTimeout
+from firmware_protocol.errors import LinkLost, LinkTimeout, system_words
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
@@ -32,7 +32,7 @@ class Connection:
         except OSError as error:
             if _is_silence(error):
                 return b""
-            raise self._lost(error) from error
+            raise self._lost(system_words(error)) from error
         if not data:
             raise self._lost("the other end closed the connection")
         return data
@@ -51,7 +51,7 @@ class Connection:
                 left = left[self._socket.send(left) :]
         except OSError as error:
             if not _is_silence(error):
-                raise self._lost(error) from error
+                raise self._lost(system_words(error)) from error
             if len(left) < len(data):
                 self.close()
                 raise self._lost("it took only part of a telegram") from None
@@ -63,7 +63,7 @@ class Connection:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def _lost(self, reason: object) -> LinkLost:
+    def _lost(self, reason: str) -> LinkLost:
         return LinkLost(f"the link to {self._address} is lost: {reason}.", remedy=self._remedy)
 
 

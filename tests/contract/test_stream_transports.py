@@ -239,8 +239,15 @@ def test_a_connection_that_the_system_gave_up_is_lost_and_not_silent(use, mocker
     dead = mocker.Mock(
         **{f"{name}.side_effect": TimeoutError(errno.ETIMEDOUT, "timed out") for name in ("recv", "send")}
     )
-    with pytest.raises(LinkLost, match="timed out"):
+    with pytest.raises(LinkLost, match=r"is lost: timed out\. Is the brick on"):
         use(SocketTransport("bt://00:16:53:0A:1B:2C", dead))
+
+
+def test_a_lost_serial_port_says_why_in_the_words_of_the_system(mocker):
+    port = mocker.patch("serial.Serial").return_value
+    port.read.side_effect = OSError(errno.EIO, os.strerror(errno.EIO))
+    with pytest.raises(LinkLost, match=r"is lost: Input/output error\. Is the brick on"):
+        open_transport("serial://COM5").receive(0.1)
 
 
 def test_a_missing_server_means_no_brick():
