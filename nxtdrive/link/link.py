@@ -165,7 +165,7 @@ class Link:
         """
         if self.before_request:
             self.before_request()
-        end = self.now() + (max(duration_s, STEP_S) if self._stepped and duration_s > 0 else duration_s)
+        end = self.now() + (max(duration_s, STEP_S) if duration_s > 0 else duration_s)
         if self._stepped:
             self.motions.run_due()
         while (left := end - self.now()) > RESOLUTION_S:

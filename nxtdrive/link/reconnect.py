@@ -169,7 +169,7 @@ class Reconnector:
             Interrupted: The link is open again.
             LinkLost: It does not reconnect, or see `await_reconnect`.
         """
-        if isinstance(lost, Interrupted) or not self._core.reconnecting:
+        if not self._core.reconnecting:
             raise lost
         self.await_reconnect(lost, timeout_s)
         raise interrupted() from lost

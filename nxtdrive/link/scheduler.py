@@ -24,7 +24,7 @@ Steps = Generator[float, None, R]
 """A motion: yields the times of its next steps on the link's clock, and returns its outcome."""
 
 STEP_S = 0.001
-"""Shortest wait in the simulator: one step of its clock."""
+"""Shortest wait: one step of the simulator's clock."""
 RESOLUTION_S = STEP_S / 2
 """Work due within this time is due now. Half a step of the simulator's clock, as sums of fractions are not exact."""
 

@@ -90,6 +90,15 @@ def test_a_brick_in_use_does_not_switch_itself_off(lab):
     assert room.simulation.brick.powered_off
 
 
+def test_a_sleep_timer_that_is_shortened_later_does_not_switch_a_brick_in_use_off(lab):
+    room = lab()
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (3_600_000).to_bytes(4, "little")))
+    room.brick.link.keep_alive()
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (120_000).to_bytes(4, "little")))
+    room.brick.sleep(400)
+    assert not room.simulation.brick.powered_off
+
+
 def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
     room = lab()
     room.brick.request(SetProperty(Property.SLEEP_TIME, (60_000).to_bytes(4, "little")))

@@ -13,7 +13,7 @@ from firmware_protocol.errors import LinkTimeout, RemoteProtocolError
 from firmware_protocol.iomap import DISPLAY
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
-from nxtdrive.link.transfer import pieces
+from nxtdrive.link.transfer import in_step, pieces
 from nxtdrive.onboard.display import read_display
 from nxtdrive.onboard.files import FileEntry, Files
 from nxtdrive.tools.dev.faults.assembler import sample_program
@@ -162,6 +162,13 @@ def test_a_link_that_delivers_every_reply_twice_is_an_error_and_not_wrong_data(s
     brick = stutter(tells=False, behind=1)(*range(1000))
     with pytest.raises(RemoteProtocolError, match="belong to no request"):
         brick.files.read("a.bin")
+
+
+@pytest.mark.parametrize("disturbed", [0, 1, 2])
+def test_a_transfer_of_which_two_attempts_were_disturbed_succeeds(direct, mocker, disturbed):
+    errors = [RemoteProtocolError("half a file", b"")] * disturbed
+    with Brick(direct) as brick:
+        assert in_step(brick.link, mocker.Mock(side_effect=[*errors, b"whole"])) == b"whole"
 
 
 @pytest.mark.parametrize("behind", BEHIND)

@@ -40,7 +40,7 @@ class Crowd:
 
     def join(self, name, preempting):
         def use():
-            self.lock.exclusive(self.served.append, name, preempting=preempting, timeout_s=PATIENCE_S)
+            self.lock.exclusive(self.served.append, name, preempting=preempting, timeout_s=10 * PATIENCE_S)
 
         waiting = len(self.lock.queue)
         self.threads.append(threading.Thread(target=use))
@@ -375,6 +375,19 @@ def test_by_default_a_loss_is_an_error(lab):
     room.simulation.advance(1500)
     with pytest.raises(LinkLost):
         room.brick.request(KeepAlive())
+
+
+def test_a_link_that_failed_once_is_still_used_to_stop_the_motors(direct):
+    def fail(telegram):
+        direct.on_send = lambda _: None
+        raise LinkLost("no answer.")
+
+    with Brick(direct) as brick:
+        brick.motor("A").hold()
+        direct.on_send = fail
+        with pytest.raises(LinkLost):
+            brick.request(KeepAlive())
+    assert coasting(OutputPort.A).encode(want_reply=False) in direct.sent[-2:]
 
 
 def test_coming_back_is_chosen_when_the_brick_is_opened():

@@ -1,9 +1,11 @@
 """Motions in the background: several at once, cancelled, lost; and what limits them."""
 
 import contextlib
+import gc
 import itertools
 import threading
 import traceback
+import weakref
 
 import pytest
 
@@ -217,6 +219,33 @@ def test_an_interrupt_while_waiting_brakes(lab, move):
     room.simulation.advance(300)
     assert room.output("A").rotation < 600
     assert room.output("A").actual_speed == 0
+
+
+@pytest.mark.parametrize("way", ["stepped"])  # as above
+def test_an_interrupt_in_a_step_ends_the_motion_at_once(lab):
+    room = lab(latency_ms=45)
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    room.simulation.at(1000, interrupt)
+    move = room.brick.motor("A").run_angle(500, 3000, wait=False)
+    with pytest.raises(KeyboardInterrupt):
+        room.brick.sleep(5)
+    assert move.done
+    with pytest.raises(KeyboardInterrupt):
+        move.join()
+    room.simulation.advance(300)
+    assert room.output("A").actual_speed == 0
+
+
+def test_a_motion_that_is_over_takes_no_memory(lab):
+    motor = lab().brick.motor("A")
+    motion = weakref.ref(motor.run_angle(500, 20, wait=False))
+    motor.join()
+    motor.run_angle(500, 20)
+    gc.collect()
+    assert motion() is None
 
 
 @LINKS
