@@ -233,6 +233,7 @@ class Link:
             if self.before_request:
                 self.before_request()
             self._threads.wait(motion.ended, SLICE_S)  # an unlimited wait ignores Ctrl-C on Windows
+            self._reconnector.report()
         elif (left := motion.due - self.now()) > RESOLUTION_S:
             self.sleep(left)
         else:

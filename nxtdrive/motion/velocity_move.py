@@ -78,15 +78,14 @@ class VelocityMove:
             if self.speed_deg_s != goal_deg_s:
                 yield min(until_s, now + RAMP_S)
                 self._accelerate(goal_deg_s, regulated)
-            elif self._lease.power == 0 or math.isinf(self._stall_s):
-                yield until_s
-            else:
+                continue
+            if self._lease.power and math.isfinite(self._stall_s):
                 reading = sample(link, self._port)
                 stall.update(reading.time_s, reading.angles_deg[0])
                 if stall.stalled:
                     self._lease.brake()
                     return StopReason.STALLED
-                yield min(until_s, now + min(WATCH_S, self._stall_s / 2))
+            yield min(until_s, now + min(WATCH_S, self._stall_s / 2))  # a step ends the motion if the link was lost
         return StopReason.DONE
 
     def _accelerate(self, goal_deg_s: float, regulated: bool, *, confirmed: bool = False) -> None:

@@ -12,6 +12,7 @@ from firmware_protocol.direct import GetOutputState, KeepAlive, PlayTone
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickNotFound, Interrupted, LinkLost
 from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, LinkCore, LinkState
+from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.tools.monitor import watch
 from sim_backend.devices import ColorSensor, TemperatureSensor, UltrasonicSensor
@@ -436,6 +437,30 @@ def test_closing_ends_the_wait_for_a_lost_link(away):
     lockstep.join(closing, 5)
     assert "did not come back" not in str(told.value)
     assert room.simulation.time_s < 7
+
+
+@pytest.mark.parametrize("reconnecting", [True, False])
+def test_waiting_for_a_motor_without_stall_detection_ends_when_its_link_is_lost(lab, reconnecting):
+    room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
+    room.brick.link.reconnecting = reconnecting
+    motor = room.brick.motor("A", settings=MotorSettings(stall_s=None))
+    motor.run(300)
+    with pytest.raises(LinkLost):
+        motor.join()
+    assert motor.done
+    assert room.simulation.time_s < 5
+
+
+@pytest.mark.parametrize("speed_deg_s", [300, 0])
+def test_a_motor_without_stall_detection_is_done_when_its_link_is_lost(away, speed_deg_s):
+    room = away(3000)
+    motor = room.brick.motor("A", settings=MotorSettings(stall_s=None))
+    motor.run(speed_deg_s)
+    with pytest.raises(Interrupted):
+        room.brick.sleep(6)
+    assert motor.done
+    with pytest.raises(LinkLost):
+        motor.join()
 
 
 def test_a_loss_that_a_motion_has_reported_is_not_reported_again(lab):
