@@ -15,7 +15,7 @@ from nxtdrive.link.link import Link
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.link.threads import Threads
 from nxtdrive.link.timers import Timers
-from nxtdrive.motion.outputs import coasting
+from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -67,6 +67,15 @@ def test_threads_are_served_in_order_and_preempting_ones_first():
     crowd.disperse()
     assert crowd.served == ["motor", "poll 1", "poll 2", "poll 3"]
     assert lock.queue == []
+
+
+def test_a_waiting_thread_that_was_woken_is_not_overtaken():
+    lock = PriorityLock()
+    crowd = Crowd(lock)
+    lock.exclusive(crowd.join, "poll", False)
+    lock.exclusive(crowd.served.append, "motor", timeout_s=PATIENCE_S)
+    crowd.disperse()
+    assert crowd.served == ["poll", "motor"]
 
 
 def in_another_thread(function):
@@ -416,6 +425,17 @@ def test_a_timed_telegram_does_not_wait_for_the_reply_to_a_request(lab, mocker):
     with pytest.raises(LinkTimeout):
         brick.request(KeepAlive(), timeout_s=1.0)
     assert times == [pytest.approx(begin + 0.3, abs=0.005)]
+
+
+@pytest.mark.parametrize("way", ["stepped"])  # the link's own thread sends it at its time
+def test_a_brake_that_is_due_goes_before_the_next_request(lab, mocker):
+    room = lab()
+    link, brake = room.brick.link, braked(OutputPort.A)
+    link.send_at("A", brake, room.brick.now() + 0.1)
+    room.idle(0.2)
+    send = mocker.patch.object(link, "_send", wraps=link._send)
+    room.brick.request(KeepAlive())
+    assert [call.args[0] for call in send.call_args_list] == [brake.encode(want_reply=False), KeepAlive().encode()]
 
 
 def test_a_timer_is_due_once_in_each_interval_until_its_end():

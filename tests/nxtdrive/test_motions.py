@@ -6,6 +6,7 @@ import itertools
 import threading
 import traceback
 import weakref
+from pathlib import Path
 
 import pytest
 
@@ -191,6 +192,7 @@ def test_joining_a_motion_that_has_failed_again_raises_its_error_with_the_same_t
             move.join()
         frames.append([(frame.f_code, line) for frame, line in traceback.walk_tb(raised.tb)])
     assert frames[0] == frames[1] == frames[2]
+    assert "position_move.py" in {Path(code.co_filename).name for code, _ in frames[0]}, "where it failed"
 
 
 def test_a_new_speed_replaces_the_old_one_without_a_brake(direct):

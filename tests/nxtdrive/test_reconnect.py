@@ -369,6 +369,16 @@ def test_an_attempt_of_the_program_that_fails_is_repeated_by_the_link(away):
     assert room.brick.link.state is LinkState.OPEN
 
 
+def test_a_link_that_is_lost_while_the_program_reopens_it_is_an_error_at_once(lab, mocker):
+    room = lab()
+    link = room.brick.link
+    link.reconnecting = True
+    mocker.patch.object(type(link.transport), "send", side_effect=LinkLost("gone."))
+    with pytest.raises(LinkLost, match="gone"):
+        link.reconnect()
+    assert room.simulation.time_s < 1
+
+
 @pytest.mark.parametrize("wished", [True, False])
 def test_reconnecting_may_be_chosen_after_the_loss(lab, wished):
     room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
