@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -39,7 +40,7 @@ class SensorHealth:
         self._name = name
         self._link = link
         self._failures = 0
-        self._retry_s = 0.0
+        self._retry_s = -math.inf
 
     def read(self, measure: Callable[[], T], unknown: T) -> T:
         """Read the sensor, unless it is left out.
@@ -52,7 +53,7 @@ class SensorHealth:
             SensorTimeout: The same.
             LinkError: The brick itself does not answer.
         """
-        if self.lost and self._link.now() < self._retry_s:
+        if self._link.now() < self._retry_s:
             return unknown
         try:
             value = measure()

@@ -290,6 +290,14 @@ def test_a_motor_that_was_braked_turns_again_at_the_same_speed(lab, brake):
     assert room.output("A").actual_speed
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_speed_beyond_the_motors_is_its_full_speed(lab, sign):
+    room = lab()
+    lease = Lease(room.brick.link, OutputPort.A)
+    lease.drive(sign * 5000)
+    assert lease.power == sign * 100
+
+
 def forwards(rover, brick):
     for _ in range(10):
         rover.drive(200, 0)
@@ -302,8 +310,13 @@ def motors(rover, brick):
     brick.sleep(1)
 
 
+def motors_after_a_drive(rover, brick):
+    rover.straight(50)
+    motors(rover, brick)
+
+
 @pytest.mark.parametrize("latency_ms", [2, 150])
-@pytest.mark.parametrize("before", [forwards, motors])
+@pytest.mark.parametrize("before", [forwards, motors, motors_after_a_drive])
 def test_driving_at_speed_0_stops_the_robot_and_ends_what_was_renewed(lab, latency_ms, before):
     room = lab(latency_ms=latency_ms)
     rover = Rover(room.brick.link, safety=UNGUARDED)

@@ -319,6 +319,31 @@ def test_acceleration_is_limited(lab, sign):
     assert speeds[-1] == pytest.approx(600, abs=50)
 
 
+def test_a_motor_that_has_come_to_rest_accelerates_from_rest(lab):
+    room = lab()
+    motor = room.brick.motor("A", settings=MotorSettings(acceleration_deg_s2=300))
+    motor.run_time(600, 3, Then.BRAKE)
+    room.brick.sleep(0.5)
+    motor.run(600)
+    room.brick.sleep(0.5)
+    assert motor.speed() < 300
+
+
+@pytest.mark.parametrize(
+    "edge",
+    [
+        {"speed_deg_s": 10},
+        {"speed_deg_s": 900},
+        {"acceleration_deg_s2": 1},
+        {"stall_s": 0.3},
+        {"lease_s": 0.3},
+        {"lease_s": 10},
+    ],
+)
+def test_the_ends_of_the_ranges_of_settings_are_accepted(edge):
+    assert MotorSettings(**edge)
+
+
 @pytest.mark.parametrize("wrong", [{"speed_deg_s": 1200}, {"acceleration_deg_s2": 0}, {"stall_s": 0}])
 def test_limits_beyond_reason_are_refused(wrong):
     with pytest.raises(LocalProtocolError, match=next(iter(wrong))):

@@ -11,6 +11,7 @@ from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorTyp
 from firmware_protocol.errors import BrickError, LinkError, LinkLost, LinkTimeout, LocalProtocolError
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
+from nxtdrive.sensors import Ultrasonic
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.link import LinkFaults
@@ -427,6 +428,8 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         lambda rover: rover.drive(100.0, math.nan),
         lambda rover: rover.reset_pose(Pose(0.0, math.inf, 0.0)),
         lambda rover: rover.reset_pose(Pose(heading_deg=math.nan)),
+        lambda rover: rover.correct_turns(0.4),
+        lambda rover: rover.correct_turns(2.1),
     ],
 )
 def test_motions_beyond_reason_are_refused(lab, motion):
@@ -525,6 +528,18 @@ def test_a_program_that_listens_continues_without_the_sonar_until_it_is_back(lab
     assert received == [("sonar", True), ("sonar", False)]
     room.simulation.at(room.simulation.now_ms + 800, lambda: way_cm.__setitem__(0, 15))
     assert rover.straight(300).stop is StopReason.OBSTACLE, "which it meets on the way"
+
+
+def test_a_sonar_that_is_left_out_costs_a_motion_no_time(lab, mocker):
+    room = lab(BOX_AHEAD)
+    rover = Rover(room.brick.link)
+    rover.on_sensor_change(lambda sensor, error: None)
+    room.attach(4, None)
+    for _ in range(3):
+        assert rover.range_mm() is None
+    measurements = mocker.spy(Ultrasonic, "start")
+    assert rover.straight(300).done
+    assert measurements.call_count == 0
 
 
 def test_a_program_that_listens_continues_when_the_bus_of_the_sonar_hangs(lab):

@@ -4,11 +4,16 @@ import math
 
 import pytest
 
+from behaviors.ports import StopReason
 from firmware_protocol.direct import SetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickError, LinkTimeout, LocalProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
+from nxtdrive.motion.sensor_health import SensorHealth
+from nxtdrive.sensors.port import SensorTimeout
+
+BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2000, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
 
 
 @pytest.mark.parametrize("distance_mm", [math.nan, math.inf, -1, 2551, "200", None, True])
@@ -20,6 +25,69 @@ def test_a_stop_distance_that_would_not_stop_the_robot_is_refused(distance_mm):
 @pytest.mark.parametrize("distance_mm", [0, 30.5, 2550])
 def test_any_distance_that_the_sonar_measures_may_be_the_stop_distance(distance_mm):
     assert SafetyLimits(stop_distance_mm=distance_mm).stop_distance_mm == distance_mm
+
+
+@pytest.mark.parametrize("motion", ["straight", "drive"])
+def test_without_the_use_of_the_sonar_only_the_bumper_stops_the_robot(lab, motion):
+    room = lab("touch_port = 1\n" + BOX_AHEAD)
+    rover = room.brick.rover()
+
+    def go_on():
+        if motion == "straight":
+            return rover.straight(1500).stop
+        while (stop := rover.drive(200, 0)) is None:
+            room.brick.sleep(0.1)
+        return stop
+
+    assert go_on() is StopReason.OBSTACLE
+    rover.use_sonar(use=False)
+    assert go_on() is StopReason.CONTACT
+    rover.straight(-150)
+    rover.use_sonar(use=True)
+    assert go_on() is StopReason.OBSTACLE
+
+
+@pytest.mark.parametrize(("speed_mm_s", "turn_deg_s"), [(-100, 0), (0, 30)])
+def test_in_front_of_an_obstacle_the_robot_may_turn_and_drive_back(lab, speed_mm_s, turn_deg_s):
+    room = lab(BOX_AHEAD)
+    rover = room.brick.rover()
+    assert rover.straight(1500).stop is StopReason.OBSTACLE
+    for _ in range(10):
+        assert rover.drive(speed_mm_s, turn_deg_s) is None
+        room.brick.sleep(0.1)
+
+
+def test_a_sensor_that_fails_three_times_in_a_row_is_left_out_and_retried_every_ten_seconds(lab):
+    brick = lab().brick
+    health, heard, calls = SensorHealth("sonar", brick.link), [], []
+    health.listener = lambda name, error: heard.append((name, bool(error)))
+    answers = True
+
+    def measure():
+        calls.append(brick.now())
+        if not answers:
+            raise SensorTimeout("no answer.")
+        return 500
+
+    def read_for(duration_s):
+        calls.clear()
+        end = brick.now() + duration_s
+        values = set()
+        while brick.now() < end:
+            values.add(health.read(measure, None))
+            brick.sleep(0.5)
+        return values, len(calls)
+
+    for answers in (True, False, False) * 2:
+        assert health.read(measure, None) == (500 if answers else None)
+    assert (health.lost, heard) == (False, [])
+    assert read_for(9.5) == ({None}, 1)
+    assert (health.lost, heard) == (True, [("sonar", True)])
+    assert read_for(10) == ({None}, 1)
+    answers = True
+    brick.sleep(10)
+    assert read_for(2) == ({500}, 4)
+    assert (health.lost, heard) == (False, [("sonar", True), ("sonar", False)])
 
 
 def test_a_sonar_that_fails_during_drive_stops_the_robot_at_once(lab):

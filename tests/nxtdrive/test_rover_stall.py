@@ -140,6 +140,15 @@ def test_standing_after_an_expired_lease_is_not_a_stall(lab, lease_s):
         rover.stop()
 
 
+def test_a_robot_that_was_told_to_stand_has_its_time_to_begin(lab):
+    room = lab()
+    rover = Rover(room.brick.link, safety=UNGUARDED)
+    rover.pose()
+    rover.drive(0, 0)
+    room.brick.sleep(0.55)
+    assert drive_on(room, rover, 20, for_s=2.0, asks_pose=True)[0] is None
+
+
 def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
     room = lab()
     rover = Rover(room.brick.link, ultrasonic=None, touch=None)
