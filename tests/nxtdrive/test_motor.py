@@ -9,6 +9,7 @@ from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.motion.motor import MotorSettings, Then
+from nxtdrive.motion.stall import STALL_S
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])
@@ -171,6 +172,15 @@ def test_a_held_motor_comes_back(lab):
     plant.turn(60)
     room.brick.sleep(2)
     assert abs(motor.angle) <= 5
+
+
+@pytest.mark.parametrize("stall_s", [STALL_S, None])
+def test_a_motor_that_runs_takes_few_requests(lab, mocker, stall_s):
+    room = lab()
+    room.brick.motor("A", settings=MotorSettings(stall_s=stall_s)).run(300)
+    sent = mocker.spy(type(room.brick.link.transport), "send")
+    room.brick.sleep(4)
+    assert sent.call_count <= 4 * 10
 
 
 def test_a_blocked_motor_is_a_stall_and_not_a_hang(lab):

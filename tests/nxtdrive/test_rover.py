@@ -428,6 +428,8 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         lambda rover: rover.drive(100.0, math.nan),
         lambda rover: rover.reset_pose(Pose(0.0, math.inf, 0.0)),
         lambda rover: rover.reset_pose(Pose(heading_deg=math.nan)),
+        lambda rover: rover.curve(20_000.0, 10.0),
+        lambda rover: rover.curve(100.0, 4000.0),
         lambda rover: rover.correct_turns(0.4),
         lambda rover: rover.correct_turns(2.1),
     ],

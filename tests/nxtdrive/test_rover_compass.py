@@ -80,13 +80,15 @@ def test_wherever_north_is(lab, north_deg, turn_percent):
         assert motion.turned_deg == pytest.approx(angle_deg * (1 - turn_percent / 100), abs=2 * STILL_DEG)
 
 
-def test_a_veer_on_straight_ways_is_seen(lab):
+@pytest.mark.parametrize("called_deg", [0, 100])
+def test_a_veer_on_straight_ways_is_seen(lab, called_deg):
     room = lab(slip(veer_deg_per_m=9) + COMPASS)
     rover = equipped(room)
+    rover.reset_pose(Pose(heading_deg=called_deg))
     for _ in range(6):
         rover.straight(400)
     assert room.simulation.truth.pose.heading_deg > 15
-    assert abs(heading_error(room, rover)) < STILL_DEG
+    assert abs(heading_error(room, rover) - called_deg) < STILL_DEG
 
 
 @LINKS

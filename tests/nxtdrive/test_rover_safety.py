@@ -1,6 +1,7 @@
 """The safety stop's limits, and the motors after an error of `Rover.drive`."""
 
 import math
+from itertools import count
 
 import pytest
 
@@ -11,7 +12,9 @@ from firmware_protocol.errors import BrickError, LinkTimeout, LocalProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from nxtdrive.motion.sensor_health import SensorHealth
+from nxtdrive.sensors import Ultrasonic
 from nxtdrive.sensors.port import SensorTimeout
+from sim_backend.devices import UltrasonicSensor
 
 BOX_AHEAD = '[[boxes]]\nname = "box"\nat_mm = [2000, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n'
 
@@ -88,6 +91,41 @@ def test_a_sensor_that_fails_three_times_in_a_row_is_left_out_and_retried_every_
     brick.sleep(10)
     assert read_for(2) == ({500}, 4)
     assert (health.lost, heard) == (False, [("sonar", True), ("sonar", False)])
+
+
+def listening(room):
+    """A rover that leaves out sensors that fail, and what it has said of them."""
+    rover, heard = room.brick.rover(), []
+    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    return rover, heard
+
+
+def test_the_last_echo_of_a_sonar_that_has_failed_is_forgotten(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 15))
+    rover, _ = listening(room)
+    assert rover.straight(100).stop is StopReason.OBSTACLE
+    room.attach(4, None)
+    for _ in range(3):
+        assert rover.range_mm() is None
+    room.brick.sleep(2)
+    assert rover.straight(100).stop is StopReason.DONE
+
+
+def test_a_sonar_that_fails_now_and_then_is_not_left_out(lab, mocker):
+    room = lab()
+    rover, heard = listening(room)
+    poll, calls = Ultrasonic.poll, count(1)
+
+    def fail_sometimes(sonar):
+        if next(calls) % 5 == 0:
+            raise SensorTimeout("no answer.")
+        return poll(sonar)
+
+    mocker.patch.object(Ultrasonic, "poll", fail_sometimes)
+    assert rover.straight(1000).stop is StopReason.DONE
+    assert next(calls) > 20
+    assert heard == []
 
 
 def test_a_sonar_that_fails_during_drive_stops_the_robot_at_once(lab):
