@@ -6,8 +6,9 @@ Source: LEGO's executable file specification; docs/firmware.md section 8.2.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import count, islice, repeat
 from typing import Any
 
 import numpy as np
@@ -105,9 +106,9 @@ def calculate(
         data.resize(target, min(counts))
         if again := _calculate_rows(data, operation, target, (left, right), whole):
             return again
-    for i in range(min(counts)):
-        parts = [_part(data, place, i, kinds[0]) for place in (target, left, right)]
-        calculate(data, operation, parts[0], parts[1], parts[2], whole)
+    parts = [_parts(data, place, kinds[0]) for place in (target, left, right)]
+    for to, one, other in islice(zip(*parts, strict=False), min(counts)):
+        calculate(data, operation, to, one, other, whole)
     return None
 
 
@@ -146,8 +147,8 @@ def calculate_each(
     if to == Type.ARRAY:
         if of == Type.CLUSTER:
             raise ProgramError(ERR_ARG, "a cluster is copied to an array")
-        count = data.array(source).length
-        data.resize(target, count)
+        length = data.array(source).length
+        data.resize(target, length)
         if copies_arrays(data, target.entry + 1, source.entry + 1):
             content = data.numbers_of(source)
             data.memory.write(data.array(target).offset, content)
@@ -155,9 +156,8 @@ def calculate_each(
         if again := _calculate_rows(data, operation, target, (source,), whole):
             return again
     else:
-        count = data.count(target)
-    for i in range(count):
-        to_part, part = _part(data, target, i), _part(data, source, i)
+        length = data.count(target)
+    for to_part, part in islice(zip(_parts(data, target), _parts(data, source), strict=False), length):
         calculate_each(data, operation, to_part, part, copies_arrays=copies_arrays, whole=whole)
     return None
 
@@ -179,15 +179,17 @@ def _calculate_rows(
     return again
 
 
-def _part(data: Data, place: Place, number: int, into: int = Type.CLUSTER) -> Place:
-    """Return the element or member of an aggregate, or a number itself; for arrays, a cluster's first member counts."""
+def _parts(data: Data, place: Place, into: int = Type.CLUSTER) -> Iterator[Place]:
+    """Return the elements or members of an aggregate without an end, or a number itself again and again.
+
+    In arrays, a cluster's first member counts.
+    """
     kind = data.kind(place.entry)
     if kind == Type.ARRAY:
-        array = data.array(place)
-        return Place(place.entry + 1, array.offset + number * array.element)
-    if kind == Type.CLUSTER:
-        return Place(data.member(place.entry, 0 if into == Type.ARRAY else number), place.offset)
-    return place
+        return data.elements(place)
+    if kind == Type.CLUSTER and into != Type.ARRAY:
+        return (Place(data.member(place.entry, number), place.offset) for number in count())
+    return repeat(Place(place.entry + 1, place.offset) if kind == Type.CLUSTER else place)
 
 
 def compare(data: Data, relation: int, left: Place, right: Place) -> bool:

@@ -133,7 +133,7 @@ def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
         count = data.array(source).length if all_ else 1
         if all_ and copies and aggregates.same_integers(data, target.entry + 1, source.entry + 1):
             own = data.array(target)
-            data.memory.write(own.offset + number * own.element, data.numbers_of(source))
+            data.memory.write(own.offset + number * own.element, data.memory.bytes_of(data.index(source)))
         else:
             for i in range(count):
                 part = _element(source, data.array(source), i) if all_ else source
@@ -181,14 +181,16 @@ def _subset(data: Data, arguments: tuple[int, ...]) -> Again | None:
     array = data.array(Place(source))
     first, count = _part(data, (index, length), array.length)
     data.resize(Place(target), count)
-    to, rows = data.array(Place(target)), [bulk.row(data, Place(entry)) for entry in (target, source)]
+    rows = [bulk.row(data, Place(entry)) for entry in (target, source)]
     if rows[0] and rows[1]:
         source_row = rows[1]._replace(at=data.memory.base + array.offset)
         if bulk.copies(rows[0], source_row, first):
             bulk.copy(data, rows[0], source_row, first)
             return _subset_repeated(data, (index, length), array.length, rows[0], source_row)
+    table, indices = data.memory.array, [data.index_of(argument) for argument in (target, source)]
     for i in range(count):
-        aggregates.move(data, _element(Place(target), to, i), _element(Place(source), array, first + i))
+        to, of = (table(index) for index in indices)
+        aggregates.move(data, _element(Place(target), to, i), _element(Place(source), of, first + i))
     return None
 
 
@@ -205,8 +207,9 @@ def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Aga
         bulk.fill(data, row)
         fill = bulk.calculation(data, np.positive, row, [number])
         return fill and (lambda: data.integer_or(length, 0) & 0xFFFF == count and fill())
+    index = data.index_of(target)
     for i in range(count):
-        element = _element(Place(target), data.array(Place(target)), i)
+        element = _element(Place(target), data.memory.array(index), i)
         aggregates.move(data, Place(element.entry, element.offset - own), Place(value))
     return None
 

@@ -67,7 +67,7 @@ class Row(NamedTuple):
 
 
 def row(data: Data, place: Place) -> Row | None:
-    """Return the numbers of a value; None if it is not an array of adjacent numbers."""
+    """Return the numbers of a value; None if it is not an array of adjacent numbers, apart from the descriptors."""
     if data.kind(place.entry) != Type.ARRAY:
         return None
     kind, _, offset = data.entry(place.entry + 1)
@@ -76,6 +76,8 @@ def row(data: Data, place: Place) -> Row | None:
     array = data.array(place)
     found = Row(data.memory.base + array.offset, array.length, kind)
     if array.element != SCALARS[kind].size or array.offset + found.size > OFFSETS:
+        return None
+    if found.overlaps(*data.memory.table):
         return None
     data.memory.spend(array.length // _NUMBERS_PER_PART)
     return found

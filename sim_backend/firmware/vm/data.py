@@ -8,7 +8,7 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, Protocol
 
@@ -162,6 +162,17 @@ class Data:
         array = self.array(place)
         self.memory.spend(array.length)
         return [Place(place.entry + 1, array.offset + i * array.element) for i in range(array.length)]
+
+    def elements(self, place: Place) -> Iterator[Place]:
+        """Return the elements of an array, without an end.
+
+        Each is as far from the last one as the size of an element then says: a damaged program may change that.
+        """
+        memory, index = self.memory, self.index(place)
+        offset = memory.array(index).offset
+        while True:
+            yield Place(place.entry + 1, offset)
+            offset += memory.array(index).element
 
     def count(self, place: Place) -> int:
         """Return the number of elements of an array or members of a cluster."""

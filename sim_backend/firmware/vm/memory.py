@@ -220,6 +220,12 @@ class Memory:
         self.spend(1)
         return tuple.__new__(Array, DESCRIPTOR.unpack_from(self.pool, self._descriptor(index)))
 
+    @property
+    def table(self) -> tuple[int, int]:
+        """Where the descriptors are in the pool, and their size in bytes."""
+        at = self.base + self.descriptors
+        return at, DESCRIPTOR_SIZE * int(INDEX.unpack_from(self.pool, at + LENGTH_AT)[0])
+
     def spend(self, parts: int) -> None:
         """Count work.
 
@@ -297,9 +303,14 @@ class Memory:
         INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
-        """Return the bytes from an array to the next one, or to the end of what is used; 0 if it has no memory."""
+        """Return the bytes from an array to the next one, or to the end of what is used; 0 if it has no memory.
+
+        The difference has 16 bits: in a damaged list, an array has room up to one that is in front of it.
+        """
+        if array.offset == NOT_AN_OFFSET:
+            return 0
         end = self.end if array.link == NO_ARRAY else self.array(array.link).offset
-        return max(end - array.offset, 0)
+        return end - array.offset & _OFFSET
 
     def bytes_of(self, index: int) -> bytes:
         """Return the stored bytes of an array."""
@@ -355,7 +366,7 @@ class Memory:
                     self.write(left, bytes([_ERASED] * (array.offset + size - left)))
                     if index == 0:
                         self.descriptors = end
-                    self.describe(index, array._replace(offset=end))
+                    INDEX.pack_into(self.pool, self._descriptor(index), end)
                 else:
                     end = array.offset
                 end += size
@@ -380,7 +391,7 @@ class Memory:
         if not self.doubly_linked:
             back = next((other for other in self._list() if self.array(other).link == index), NO_ARRAY)
         if index == self._head:
-            self._head = array.link
+            self._head, back = array.link, NO_ARRAY
         elif back != NO_ARRAY:
             self.describe(back, self.array(back)._replace(link=array.link))
         if index == self._tail:

@@ -44,6 +44,7 @@ _CLUMPS_AT = 34
 _READ, _READS = 54, 10
 _AFTER_POOL = (b"1\0", b"\xff", b"\x01\0\0", Random(1).randbytes(997))  # noqa: S311 - repeatable
 """Bytes that may be in the memory after the pool."""
+_OTHER_SEED = 1
 _STATUS = COMMAND.field("ProgStatus").read().encode().hex()
 _OFFSETS = COMMAND.between("OffsetDS", "OffsetDVA").read().encode().hex()
 
@@ -130,6 +131,8 @@ def compare(reference: ReferenceFirmware, content: bytes) -> tuple[str, float]:
         return f"same in all, {'runs' if '02' in _statuses(lines, found) else 'refused'}", seconds
     if reference.poisoned and answers(reference.poisoned, lines) != expected:
         return "memory that LEGO's firmware did not initialise", seconds
+    if simulated(reference.version, lines, seed=_OTHER_SEED) != found:
+        return "random numbers", seconds
     if any(simulated(reference.version, lines, after_pool) != found for after_pool in _AFTER_POOL):
         return "memory outside of the pool", seconds
     theirs, ours = _statuses(lines, expected), _statuses(lines, found)
@@ -171,9 +174,16 @@ def answers(command: Sequence[str], lines: Sequence[str]) -> list[str] | None:
     return None if len(found) != len(lines) or any(line.startswith("!") for line in found) else found
 
 
-def simulated(version: str, lines: Sequence[str], after_pool: bytes = b"\0") -> list[str]:
-    """Return the answers of a simulated brick; `after_pool` is repeated in the memory after its pool."""
-    brick = SimBrick(firmware=version)
+def simulated(version: str, lines: Sequence[str], after_pool: bytes = b"\0", seed: int = 0) -> list[str]:
+    """Return the answers of a simulated brick.
+
+    Args:
+        version: Its firmware.
+        lines: The telegrams and control lines.
+        after_pool: What is repeated in the memory after its pool.
+        seed: Seed of the random numbers that programs draw.
+    """
+    brick = SimBrick(firmware=version, seed=seed)
     brick.command.after_pool = after_pool
     bench = Bench(brick)
     return [bench.answer(line) for line in lines]
