@@ -220,9 +220,14 @@ def _own_offset(data: Data, entry: int) -> int:
 
 
 def _flatten(data: Data, arguments: tuple[int, ...]) -> None:
-    """Store a value's bytes, without lengths of arrays, and a zero in a text."""
+    """Store a value's bytes, without lengths of arrays, and a zero in a text, which is resized first."""
     target, source = arguments
-    data.set_bytes(target, b"".join(_scalars(data, Place(source), lambda part: part)) + b"\0")
+    size = sum(len(part) for part in _scalars(data, Place(source), lambda part: part))
+    at = data.resizer(target).slow(size + 1) - data.memory.base
+    for part in _scalars(data, Place(source), lambda part: part):
+        data.memory.write(at, part)
+        at += len(part)
+    data.memory.write(at, b"\0")
 
 
 def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
@@ -244,16 +249,21 @@ def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
 
 
 def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Iterator[bytes]:
-    """Return the bytes of each scalar in a value, which are replaced."""
-    data.memory.spend(1)
-    if data.is_aggregate(place.entry):
-        own = _own_offset(data, place.entry + 1) if data.kind(place.entry) == Type.ARRAY else 0
+    """Return the bytes of each scalar in a value, or of an array of scalars, which are replaced."""
+    memory = data.memory
+    memory.spend(1)
+    if data.kind(place.entry) == Type.ARRAY and not data.is_aggregate(place.entry + 1):
+        array = data.array(place)
+        offset, size = array.offset, array.size
+    elif data.is_aggregate(place.entry):
         for part in data.parts(place):
-            yield from _scalars(data, Place(part.entry, part.offset - own), replace)
+            yield from _scalars(data, part, replace)
+        return
     else:
-        content = data.memory.read(data.address(place), size_of(data.kind(place.entry)))
-        data.memory.write(data.address(place), replace(content))
-        yield content
+        offset, size = data.address(place), size_of(data.kind(place.entry))
+    content = memory.read(offset, size)
+    memory.write(offset, replace(content))
+    yield content
 
 
 def translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
