@@ -430,8 +430,8 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         lambda rover: rover.reset_pose(Pose(heading_deg=math.nan)),
         lambda rover: rover.curve(20_000.0, 10.0),
         lambda rover: rover.curve(100.0, 4000.0),
-        lambda rover: rover.correct_turns(0.4),
-        lambda rover: rover.correct_turns(2.1),
+        lambda rover: rover.correct_turns(0.4, 0.0),
+        lambda rover: rover.correct_turns(2.1, 0.0),
     ],
 )
 def test_motions_beyond_reason_are_refused(lab, motion):
