@@ -115,7 +115,7 @@ class AdaptiveProfile:
     @classmethod
     def own_policy(cls, mission: Mission) -> RecoveryPolicy:
         """Return the policy that weighs candidates."""
-        return AdaptivePolicy.of(mission.adaptive)
+        return AdaptivePolicy(mission.adaptive)
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state, wrapped so that its failure leads to no hasty decision."""

@@ -33,7 +33,7 @@ class ThesisProfile:
     @classmethod
     def own_policy(cls, mission: Mission) -> RecoveryPolicy:
         """Return the thesis's policy."""
-        return ThesisPolicy.of(mission.thesis)
+        return ThesisPolicy(mission.thesis)
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the thesis's skill for a state."""

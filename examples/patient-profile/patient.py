@@ -37,4 +37,4 @@ class Patient(AdaptiveProfile):
     @classmethod
     def own_policy(cls, mission: Mission) -> PatientPolicy:
         """Return the policy by which it chooses."""
-        return PatientPolicy(AdaptivePolicy.of(mission.adaptive))
+        return PatientPolicy(AdaptivePolicy(mission.adaptive))

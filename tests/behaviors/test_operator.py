@@ -13,6 +13,7 @@ from behaviors.events import Reason
 from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
 from behaviors.failures import Blocker
 from behaviors.journal import Record, RecordKind, plain
+from behaviors.mission import ThesisParameters
 from behaviors.operator import OPERATOR_CHOSE, ConfirmedPolicy, Question, question
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, choice_from
 from behaviors.thesis.policy import ThesisPolicy
@@ -122,7 +123,7 @@ def test_a_record_with_odd_values_is_refused_or_read_as_it_was_written(values):
 
 
 def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
-    due = question(ThesisPolicy(wait_s=3.0), UNSEEN)
+    due = question(ThesisPolicy(ThesisParameters(wait_s=3.0)), UNSEEN)
     assert [each.choice.kind for each in due.candidates] == [MOVE_TO, WAIT, CHANGE_TARGET]
     assert due.candidates[1].choice.wait_s == 3.0
     assert all(each.weighed is None for each in due.candidates)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from behaviors.executive import Executive, Report
-from behaviors.mission import Mission
+from behaviors.mission import Mission, ThesisParameters
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
@@ -23,8 +23,8 @@ from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
 from .oracle_eyes import OracleEyes
 
-NEVER = 10**9
-"""Number of searches for one target before it is given up."""
+UNLIMITED = ThesisParameters().model_copy(update={"max_researches": 10**9})
+"""The thesis's, but without a limit to the searches for one target; a mission file cannot say so."""
 
 Agent = Callable[[ScenarioRobot], Report]
 
@@ -42,7 +42,7 @@ def _executive(make_profile: MakeProfile, **adaptive: object) -> Agent:
 
 AGENTS: dict[str, Agent] = {
     "thesis": _executive(ThesisProfile),
-    "thesis-unlimited": _executive(partial(ThesisProfile, policy=ThesisPolicy(max_researches=NEVER))),
+    "thesis-unlimited": _executive(partial(ThesisProfile, policy=ThesisPolicy(UNLIMITED))),
     "adaptive": _executive(AdaptiveProfile),
     "nav2-list": lambda robot: Nav2List(robot).run(),
     "random-walk": lambda robot: RandomWalk(robot).run(),

@@ -15,6 +15,7 @@ from behaviors.events import Reason
 from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
 from behaviors.failures import Blocker
 from behaviors.journal import plain
+from behaviors.mission import AdaptiveParameters
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, RESCAN, WAIT, Choice
 
 POLICY = AdaptivePolicy(chances=Chances({}))
@@ -143,7 +144,7 @@ def test_it_names_the_target_that_can_be_had_soonest():
 
 
 def test_a_fixed_wait_has_the_given_length():
-    assert AdaptivePolicy(fixed_wait_s=15.0).select(_blocked(PERSON, None)).wait_s == 15.0
+    assert AdaptivePolicy(AdaptiveParameters(fixed_wait_s=15.0)).select(_blocked(PERSON, None)).wait_s == 15.0
 
 
 def _thousandths(low: float, high: float) -> st.SearchStrategy[float]:

@@ -119,7 +119,7 @@ def test_a_mission_names_the_counts_of_own_runs(tmp_path):
     mission = load_mission(tmp_path / "m.toml")
     assert mission.adaptive.chances == counts
     here = replace(EVIDENCE, here=Viewpoint(0.0, 8.0, 0.15))
-    (own,) = AdaptivePolicy.of(mission.adaptive).candidates(here)
+    (own,) = AdaptivePolicy(mission.adaptive).candidates(here)
     (usual,) = AdaptivePolicy().candidates(here)
     assert own.chance < 0.05 < usual.chance
 

@@ -21,13 +21,14 @@ from behaviors.evidence import Detour, Evidence, Viewpoint
 from behaviors.executive import Ending, Executive
 from behaviors.failures import Blocker
 from behaviors.journal import Record, RecordKind
+from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Point, Ports, Pose
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
 
 REPEATS = 2
 SEQUENCES = 10_000
-POLICY = AdaptivePolicy(repeats=REPEATS)
+POLICY = AdaptivePolicy(AdaptiveParameters(repeats=REPEATS))
 PLACES: tuple[Point, ...] = ((0.0, 0.0), (1000.0, 0.0), (0.0, 1000.0))
 """Farther apart than what counts as one place."""
 REASONS = (Reason.NEVER_SEEN, Reason.BLOCKED_LONG, Reason.NO_WAY)

@@ -41,7 +41,7 @@ def _journal(*after, chosen="rescan", failure=SEEN):
     """A choice of the adaptive profile's own, with the transitions before and after; those to "b" are about it."""
     reason, known = failure
     evidence = {"reason": reason, "seen_since_search": False, "researches": 0, **known}
-    weighed = candidates(AdaptivePolicy.of(MISSION.adaptive), evidence_from("a", evidence))
+    weighed = candidates(AdaptivePolicy(MISSION.adaptive), evidence_from("a", evidence))
     data = next(each.choice.record() for each in weighed if each.choice.kind.name == chosen)
     choice = Record(1.0, RecordKind.CHOICE, "select", "a", {**data, "evidence": evidence})
     steps = [("search", "select", reason), ("select", RECOVERIES[chosen].states[0], ""), *after]
