@@ -112,7 +112,7 @@ class Arrival:
         )
 
     def check(self, observation: Observation, known: TargetEstimate) -> Fact | None:
-        """Return a fact when the robot has arrived, or when this is not the target at all."""
+        """Update with echoes; return a fact when the robot has arrived, or when this is not the target at all."""
         sighting, echo_mm = self.seen, None
         if observation.range_mm is not None:
             self._echo = (observation.time_s, observation.range_mm)

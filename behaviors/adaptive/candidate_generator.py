@@ -123,7 +123,7 @@ class CandidateGenerator:
         return gains
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
-        """Return those of other targets that were seen and to which a path leads."""
+        """Return those of these targets that were seen and to which a path leads."""
         found = []
         for target in targets:
             known = self._world.targets.known.get(target)

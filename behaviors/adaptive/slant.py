@@ -27,7 +27,7 @@ class Slant:
         return math.degrees(math.acos(_aspect(sighting) / widest))
 
     def oblique(self, sighting: Sighting) -> bool:
-        """Return whether this sighting, or the last whole one, is from far to the side."""
+        """Update with a sighting; return whether it, or if it is cut off the last whole one, is from the side."""
         if not sighting.cut:
             aspect = _aspect(sighting)
             widest = self._widest[sighting.target] = max(self._widest.get(sighting.target, UPRIGHT), aspect)

@@ -55,7 +55,7 @@ class SonarTrust:
         return self._headings[1] - self._headings[0]
 
     def accepted(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
-        """Return an echo, or None if there is none or the sonar is stuck."""
+        """Update with an echo, or None for a missing one; return it, or None if it is not to be believed."""
         self._now_s = now_s
         if range_mm is None:
             return None

@@ -274,7 +274,7 @@ class TargetMemory:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
 
     def _is_accepted(self, sighting: Sighting) -> bool:
-        """Return whether a sighting is neither of a known look-alike nor in two places at once."""
+        """Note a sighting; return whether it is neither of a known look-alike nor in two places at once."""
         lens = self._camera.lens_at(self._poses.at(sighting.time_s))
         place = lens.ahead(sighting.distance_mm, sighting.bearing_deg)
         self.look_alikes.seen(sighting, place)

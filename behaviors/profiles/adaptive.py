@@ -201,7 +201,7 @@ class AdaptiveProfile:
         return choice
 
     def _trusts_map(self) -> bool:
-        """Return whether an approach that begins now takes account of the obstacles on the map."""
+        """Return whether an approach that begins now takes account of the map; its distrust ends after a time."""
         if self._map_ignored_s is not None and self._perception.now() - self._map_ignored_s > MAP_IGNORED_S:
             self._map_ignored_s = None
             self._report(Event.MAP_TRUSTED, Reason.DISTRUST_OVER)

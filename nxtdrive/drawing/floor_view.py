@@ -20,7 +20,7 @@ LEFT_PX, BELOW_PX = 74, 80
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """How the axes are called and which way they count.
+    """What the axes are called and which way they count.
 
     Attributes:
         across: What the axis to the right means, with its unit.

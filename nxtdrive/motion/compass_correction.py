@@ -52,7 +52,7 @@ class CompassFilter:
         self._trusted = True
 
     def correction_deg(self, compass_deg: float, heading_deg: float, moved: OdometryDelta) -> float:
-        """Compute the correction to add to the heading.
+        """Update with a reading; return the correction to add to the heading, in degrees.
 
         Args:
             compass_deg: The compass reading, robot at rest.
