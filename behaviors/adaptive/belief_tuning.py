@@ -61,5 +61,5 @@ OVERHEAD_S = 9.0
 """Cost of a scan besides the turn: getting here and deciding."""
 ARC_STEP_DEG = 10.0
 """Arcs to look at are multiples of this width."""
-ARC_BINS = 36
+ARC_BINS = round(360.0 / ARC_STEP_DEG)
 """Number of these in a full turn."""
