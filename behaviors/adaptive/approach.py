@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from behaviors.adaptive.arrival import AHEAD_DEG, Arrival, arrive_failed
+from behaviors.adaptive.arrival import Arrival, arrive_failed
+from behaviors.adaptive.bounded_sighting import BEAM_DEG
 from behaviors.adaptive.perception import BLOCKER_MM, Observation, Perception, blocker_without_echo
 from behaviors.adaptive.retreat import Retreat
 from behaviors.adaptive.target_memory import JUMP_MM, TargetEstimate
@@ -119,7 +120,7 @@ class ApproachSkill:
         self._blocked_echoes = 0 if before_mm is None else self._blocked_echoes + 1
         if self._blocked_echoes >= ECHOES and distance_mm > self._arrival.near_mm:
             return self._blocked(observation, hides=hides)
-        if self._trusts_map and distance_mm > MAP_ENDS_MM and abs(bearing_deg) <= AHEAD_DEG:
+        if self._trusts_map and distance_mm > MAP_ENDS_MM and abs(bearing_deg) <= BEAM_DEG:
             remembered_mm = self._remembered_mm(known, distance_mm)
             if remembered_mm is not None:
                 measured = {"range_mm": remembered_mm, "hides": False, "remembered": True}
@@ -221,7 +222,7 @@ class ApproachSkill:
     def _verify_at_rest(self, observation: Observation, bearing_deg: float) -> Fact | None:
         """Stand near enough and look until it is clear whether this is the target."""
         perception = self._perception
-        if abs(bearing_deg) > AHEAD_DEG:
+        if abs(bearing_deg) > BEAM_DEG:
             perception.drive(0.0, perception.steering_deg_s(bearing_deg))
         else:
             perception.context.body.stop()
@@ -236,6 +237,6 @@ class ApproachSkill:
 
 def _echo_within(near_mm: float, observation: Observation, bearing_deg: float) -> float | None:
     """Return the echo if it comes from no farther than this and the target is straight ahead, else None."""
-    if observation.range_mm is None or abs(bearing_deg) > AHEAD_DEG:
+    if observation.range_mm is None or abs(bearing_deg) > BEAM_DEG:
         return None
     return observation.range_mm if observation.range_mm <= near_mm else None

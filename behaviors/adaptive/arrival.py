@@ -17,8 +17,6 @@ from behaviors.skills import sighted
 
 IN_VIEW_SHARE = 0.9
 """Within this share of the reliable view, and of the detector's range, a target should be found."""
-AHEAD_DEG = BEAM_DEG
-"""A target within this bearing is straight ahead, in the sonar's beam."""
 DECIDE_S = 5.0
 """The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after twice this time it
 gives up."""
@@ -184,7 +182,7 @@ class Arrival:
 
     def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
-        if self._echo is None or now_s - self._echo[0] > ECHO_S or abs(sighting.bearing_deg) > AHEAD_DEG:
+        if self._echo is None or now_s - self._echo[0] > ECHO_S or abs(sighting.bearing_deg) > BEAM_DEG:
             return None
         behind = self._passes_over(sighting) or self._targets.beyond(sighting, self._echo[1])
         return None if behind else self._echo[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
-from behaviors.adaptive.arrival import AHEAD_DEG
+from behaviors.adaptive.bounded_sighting import BEAM_DEG
 from behaviors.events import Reason
 from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
@@ -90,7 +90,7 @@ def _contradiction(run: ReviewedRun, target: str) -> Distances | None:
     In the simulator the echo may be known to come from something else, such as what is in the way.
     """
     sighting, range_mm = run.look.get("sighting"), run.look.get("range_mm")
-    if sighting is None or sighting.get("bound") or range_mm is None or abs(sighting["bearing_deg"]) > AHEAD_DEG:
+    if sighting is None or sighting.get("bound") or range_mm is None or abs(sighting["bearing_deg"]) > BEAM_DEG:
         return None
     distance_mm, thesis = sighting["distance_mm"], run.mission.mission.profile == THESIS
     tolerance_mm = TOLERANCE_MM if thesis else run.mission.adaptive.sonar_tolerance_mm
