@@ -14,9 +14,9 @@ from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
 from firmware_protocol.telegram import Reply
-from nxtdrive.link.latency import TIMEOUT_RANGE_S
 from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
+from nxtdrive.link.timeouts import TIMEOUT_RANGE_S
 from nxtdrive.ports import MotorPort, SensorPort, in_range, input_port, output_port
 from nxtdrive.signals import termination_as_exit
 from nxtdrive.transports import open_transport

@@ -19,12 +19,12 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
-from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, TIMEOUT_RANGE_S, default_timeout_s
 from nxtdrive.link.link_thread import LinkThread
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
 from nxtdrive.link.reconnect import PROBE_S, RECONNECT_TIMEOUT_S, Reconnector, interrupted
 from nxtdrive.link.scheduler import RESOLUTION_S, STEP_S, Motion, MotionScheduler
 from nxtdrive.link.threads import CLOSING_S, THREADS, Lock, Threads
+from nxtdrive.link.timeouts import TIMEOUT_RANGE_S, default_timeout_s
 from nxtdrive.ports import in_range
 from nxtdrive.transports.base import Transport, drain
 
@@ -34,6 +34,10 @@ AWAKE, PROBE = "awake", "probe"
 SHORTEST_SILENCE_S, LONGEST_SILENCE_S = 1.0, 60.0
 """Shortest and longest interval of keep-alive telegrams. The longest one is for a brick that never switches itself off,
 or only after minutes. A sleep timer that would need a shorter one is an error of the brick, which counts minutes."""
+LATENCY_EVERY_S = 0.05
+"""Time between two measured round trips; measuring all of them would slow every request down."""
+LATENCIES = 15
+"""Number of measurements in the median."""
 SLICE_S = 0.1
 """A waiting program checks this often whether another thread has noticed a loss of the link."""
 

@@ -1,4 +1,4 @@
-"""Round-trip times and default timeouts."""
+"""Timeouts of replies."""
 
 from __future__ import annotations
 
@@ -11,11 +11,6 @@ BLUETOOTH_REPLY_TIMEOUT_S = 2.0
 """Default timeout over Bluetooth, which loses nothing but stalls. Source: the RWTH toolbox (docs/connecting.md)."""
 TIMEOUT_RANGE_S = (0.001, 3600.0)
 """Longer timeouts are refused: they mean to wait forever, which no transport can."""
-
-LATENCY_EVERY_S = 0.05
-"""Time between two measured round trips; measuring all of them would slow every request down."""
-LATENCIES = 15
-"""Number of measurements in the median."""
 
 
 def default_timeout_s(transport: Transport) -> float:
