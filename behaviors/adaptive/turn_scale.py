@@ -21,9 +21,9 @@ FURTHER_DEG = 15.0
 """Otherwise the turn continues by this much at a time."""
 LONGEST_DEG = 485.0
 """Maximum length of the turn."""
-MOST = 0.15
+MAX_ERROR = 0.15
 """Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip."""
-LEAST = 0.012
+MIN_ERROR = 0.012
 """A smaller share may be an accident of the echoes, and is ignored."""
 OVERLAP_DEG = 24.0
 """The arc that is measured twice must be at least this wide."""
@@ -94,7 +94,7 @@ class TurnScale:
         if misfits[best] > FITS_MM or elsewhere.min(initial=math.inf) < least_mm:
             return None
         scale = 360.0 / float(turns[best])
-        return scale if abs(scale - 1.0) >= LEAST else 1.0
+        return scale if abs(scale - 1.0) >= MIN_ERROR else 1.0
 
 
 def corrected(pose: Pose, begin: Pose, scale: float) -> Pose:
@@ -105,7 +105,7 @@ def corrected(pose: Pose, begin: Pose, scale: float) -> Pose:
 def _echo_differences(headings: Array, ranges: Array) -> tuple[Array, Array]:
     """Return full turns by the wheels that are possible, in degrees, and the mean difference of echoes for each, mm."""
     at = np.arange(headings[0], headings[-1], STEP_DEG)
-    turns = np.arange(360.0 / (1 + MOST), 360.0 / (1 - MOST), STEP_DEG / 2)
+    turns = np.arange(360.0 / (1 + MAX_ERROR), 360.0 / (1 - MAX_ERROR), STEP_DEG / 2)
     turns = turns[turns <= headings[-1] - headings[0] - OVERLAP_DEG]
     misfits = []
     for turn_deg in turns:

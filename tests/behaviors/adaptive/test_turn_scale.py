@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.turn_scale import ENOUGH_DEG, LEAST, LONGEST_DEG, TurnScale
+from behaviors.adaptive.turn_scale import ENOUGH_DEG, LONGEST_DEG, MIN_ERROR, TurnScale
 from behaviors.ports import Pose
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
@@ -44,7 +44,7 @@ def turn(scale, by_wheels_deg=LONGEST_DEG, sides_mm=SIDES_MM, step_deg=5.0):
 @given(st.floats(0.92, 1.08), st.sampled_from((1, -1)))
 def test_the_scale_of_turns_is_found(scale, direction):
     found = turn(scale, direction * LONGEST_DEG).estimate()
-    assert found == pytest.approx(scale, abs=LEAST + 0.003)
+    assert found == pytest.approx(scale, abs=MIN_ERROR + 0.003)
 
 
 def test_a_robot_that_turns_as_far_as_its_wheels_say_is_not_corrected():
