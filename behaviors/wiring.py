@@ -25,44 +25,44 @@ from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
-DESCRIBED = 0.98
+DESCRIBED_CHANCE = 0.98
 """Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess."""
-WRONG = 1e-4
+WRONG_CHANCE = 1e-4
 """The mission is wrong once the chance that it is right is this low."""
-RIGHT = 1e-6
+RIGHT_CHANCE = 1e-6
 """It is right, and the check is over, once the chance that it is wrong is this low."""
 TURNED_DEG = 4.0
-"""Two sightings are compared once the robot has turned this far between them, or driven `APPROACHED`."""
-APPROACHED = 0.2
+"""Two sightings are compared once the robot has turned this far between them, or driven `APPROACHED_SHARE`."""
+APPROACHED_SHARE = 0.2
 """Share of the distance to the target that the robot drives between two sightings that are compared."""
 ROLLED_MM = 80.0
 """Two echoes are compared once a wheel turned this far between them."""
 WITHIN_S = 6.0
 """Both are compared within this time: later something may have moved."""
-BEARING_DEG = 2.0
+BEARING_SD_DEG = 2.0
 """Standard deviation of the bearing of a robot that does not turn."""
-OF_TURN = 0.25
+TURN_SD_SHARE = 0.25
 """Share of a turn that is added to it, since field of view and track may be wrong."""
-OF_DISTANCE = 0.1
+DISTANCE_SD_SHARE = 0.1
 """Standard deviation of a distance by size, as a share."""
-ECHO_MM = 30.0
+ECHO_SD_MM = 30.0
 """Standard deviation of the difference of two echoes."""
 STRAIGHT_DEG = 5.0
 """After a turn of more than this the next echo may be of anything."""
 ANY_MM = 1000.0
 """Span of the ranges of such an echo."""
-LATE = 0.3
+LATE_CHANCE = 0.3
 """Chance that a frame or an echo is older than its time, or that the robot did not move."""
-STRAY = 0.1
+STRAY_CHANCE = 0.1
 """Chance of anything else: the target moved, or the other sighting was of a look-alike."""
-OLDER = 0.1
+OLDER_CHANCE = 0.1
 """Chance, for each age in `AGES` but 0, that frames are older than the mission says by it."""
 SLIP_CHANCE = 0.2
 """Chance that a wheel slips."""
-CHANGES = 0.01
+SLIP_CHANGE_CHANCE = 0.01
 """Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there are about two
 pairs per second, and a slip lasts for a minute or so."""
-_ECHOES, _ANYTHING = NormalDist(0.0, ECHO_MM), 1.0 / ANY_MM
+_ECHOES, _ANYTHING = NormalDist(0.0, ECHO_SD_MM), 1.0 / ANY_MM
 """Distribution of the difference of two echoes of one thing, and density of that of two different things."""
 
 Slip = tuple[float, float]
@@ -73,7 +73,7 @@ SLIPS: dict[Slip, float] = {(1, 1): 1.0 - SLIP_CHANCE} | dict.fromkeys(
 )
 """How the wheels may slip, and how probable that usually is."""
 
-AGES: dict[float, float] = {0.0: 1.0 - 3 * OLDER} | dict.fromkeys((0.15, 0.3, 0.45), OLDER)
+AGES: dict[float, float] = {0.0: 1.0 - 3 * OLDER_CHANCE} | dict.fromkeys((0.15, 0.3, 0.45), OLDER_CHANCE)
 """How much older than they say frames may be, in seconds, and how probable that is."""
 
 Displacement = tuple[float, float]
@@ -144,10 +144,10 @@ class WiringCheck:
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
         self._echoes: list[_Echo] = []
-        wrong = (1.0 - DESCRIBED) / (len(WIRINGS) - 1)
+        wrong = (1.0 - DESCRIBED_CHANCE) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
-                (slip, age_s): slips * aged * (DESCRIBED if wiring == AS_DESCRIBED else wrong)
+                (slip, age_s): slips * aged * (DESCRIBED_CHANCE if wiring == AS_DESCRIBED else wrong)
                 for (slip, slips), (age_s, aged) in product(SLIPS.items(), AGES.items())
             }
             for wiring in WIRINGS
@@ -203,7 +203,7 @@ class WiringCheck:
         last, then = self._seen or (seen, poses)
         displacements = {age_s: _displacement(then[age_s], pose) for age_s, pose in poses.items()}
         moved = any(
-            abs(turned_deg) >= TURNED_DEG or abs(forward_mm) >= APPROACHED * last.distance_mm
+            abs(turned_deg) >= TURNED_DEG or abs(forward_mm) >= APPROACHED_SHARE * last.distance_mm
             for forward_mm, turned_deg in displacements.values()
         )
         unlike = last.target != seen.target or seen.time_s - last.time_s > WITHIN_S
@@ -236,15 +236,15 @@ class WiringCheck:
                 moving = wiring.slipping(slip).true_displacement
                 likelihoods = {each: likelihood([moving(*one, track_mm) for one in each]) for each in different}
                 for age_s, each in displacements.items():
-                    now = (1.0 - CHANGES) * chances[slip, age_s] + CHANGES * usual * of_age[age_s]
+                    now = (1.0 - SLIP_CHANGE_CHANCE) * chances[slip, age_s] + SLIP_CHANGE_CHANCE * usual * of_age[age_s]
                     chances[slip, age_s] = now * likelihoods[each]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {how: chance / total for how, chance in chances.items()}
             for wiring, chances in self._chances.items()
         }
-        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= RIGHT
-        if self._chance(AS_DESCRIBED) <= WRONG:
+        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= RIGHT_CHANCE
+        if self._chance(AS_DESCRIBED) <= WRONG_CHANCE:
             raise WrongWiring(self._advice())
 
     def _chance(self, wiring: Wiring) -> float:
@@ -256,12 +256,12 @@ class WiringCheck:
         place = self._camera.lens_at(start).ahead(last.distance_mm, last.bearing_deg)
         x_mm, y_mm = start.ahead(forward_mm, turned_deg / 2)
         bearing_deg, distance_mm = self._camera.lens_at(Pose(x_mm, y_mm, turned_deg)).polar_to(place)
-        spread_deg = BEARING_DEG + OF_TURN * abs(turned_deg)
+        spread_deg = BEARING_SD_DEG + TURN_SD_SHARE * abs(turned_deg)
 
         def density(bearing_deg: float, distance_mm: float) -> float:
             nearer = math.log(seen.distance_mm / max(distance_mm, 1.0))
             off_deg = wrapped_deg(seen.bearing_deg - bearing_deg)
-            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, OF_DISTANCE).pdf(nearer)
+            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, DISTANCE_SD_SHARE).pdf(nearer)
 
         anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
@@ -294,7 +294,7 @@ def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Dis
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
-    return (1.0 - LATE - STRAY) * moved + LATE * late + STRAY * stray
+    return (1.0 - LATE_CHANCE - STRAY_CHANCE) * moved + LATE_CHANCE * late + STRAY_CHANCE * stray
 
 
 def _displacement(last: Pose, pose: Pose) -> Displacement:

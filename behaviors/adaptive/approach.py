@@ -17,7 +17,7 @@ from behaviors.skills import SHARP_DEG
 
 SLOW_MM = 250.0
 """The robot slows down over this last stretch before the target."""
-SLOWEST = 0.5
+SLOWEST_SHARE = 0.5
 """Share of its speed to which it slows down there."""
 BLOCKED_MM = 600.0
 """A nearer echo from straight ahead comes from something that the robot would touch."""
@@ -28,7 +28,7 @@ HIDDEN_S = 0.3
 """An obstacle that the safety stop reports hides the target if the target was not seen for longer than this."""
 BEFORE_MM = 250.0
 """Something is in front of the target when its echo is this much nearer than the picture."""
-ECHOES = 2
+BLOCKING_ECHOES = 2
 """Number of such echoes in a row that are needed."""
 PROGRESS_S = 4.0
 """Time over which progress is measured."""
@@ -39,7 +39,7 @@ KEPT_S = 0.5
 SLIPPED_MM, CLOSER_MM = 360.0, 60.0
 """The wheels slip if they have driven farther than the one in `PROGRESS_S` and the picture has come closer by less than
 the other."""
-STRAIGHT = 0.5
+STRAIGHT_SHARE = 0.5
 """Progress is not measured while it turns so sharply that it drives slower than this share of its speed."""
 MAP_ENDS_MM = 750.0
 """Nearer to the target than this the camera counts, not the map."""
@@ -118,7 +118,7 @@ class ApproachSkill:
         near_mm = min(BLOCKED_MM if hides else BESIDE_MM, distance_mm - BEFORE_MM)
         before_mm = _echo_within(near_mm, observation, bearing_deg)
         self._blocked_echoes = 0 if before_mm is None else self._blocked_echoes + 1
-        if self._blocked_echoes >= ECHOES and distance_mm > self._arrival.near_mm:
+        if self._blocked_echoes >= BLOCKING_ECHOES and distance_mm > self._arrival.near_mm:
             return self._blocked(observation, hides=hides)
         if self._trusts_map and distance_mm > MAP_ENDS_MM and abs(bearing_deg) <= BEAM_DEG:
             remembered_mm = self._remembered_mm(known, distance_mm)
@@ -189,9 +189,9 @@ class ApproachSkill:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         self._arrival.move_off()
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SHARP_DEG)
-        near = min(1.0, max(SLOWEST, (distance_mm - self._arrival.stop_mm) / SLOW_MM))
+        near = min(1.0, max(SLOWEST_SHARE, (distance_mm - self._arrival.stop_mm) / SLOW_MM))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
-        if ahead < STRAIGHT:
+        if ahead < STRAIGHT_SHARE:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))

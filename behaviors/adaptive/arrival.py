@@ -20,14 +20,14 @@ IN_VIEW_SHARE = 0.9
 DECIDE_S = 5.0
 """The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after twice this time it
 gives up."""
-CONTRADICTIONS = 4
+NEEDED_CONTRADICTIONS = 4
 """Echoes in a row that contradict the apparent distance before an arrival fails; one may be of something that passes
 behind."""
 SIZE_SHARE = 0.75
 """Where the echo comes from farther away, a distance by size of this share of what it should be is accepted."""
 HYSTERESIS = 1.04
 """Once the robot stands, a target this many times farther away is still near enough."""
-CHECKS = 3
+CHECKED_FRAMES = 3
 """An arrival is accepted after this many frames and measurements of the sonar at rest."""
 ECHO_S = 1.0
 """Without an echo in a frame, the last one counts for this time; single echoes drop out."""
@@ -135,7 +135,7 @@ class Arrival:
             return None
         if not self._sure:
             return self._uncertain(observation)
-        if self.rested < CHECKS:
+        if self.rested < CHECKED_FRAMES:
             return None
         if self._contradicted(sighting, echo_mm):
             return self._mismatch(sighting, echo_mm)
@@ -150,7 +150,7 @@ class Arrival:
         """Note that the robot stands in front of it; give up after a long time, or without new evidence."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        learns_nothing = self._too_near and not self._sure and self.rested >= CHECKS
+        learns_nothing = self._too_near and not self._sure and self.rested >= CHECKED_FRAMES
         gives_up = learns_nothing or self._stood_for(observation, 2 * DECIDE_S)
         return self._mistaken(observation) if gives_up else None
 
@@ -196,7 +196,7 @@ class Arrival:
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
         """Measure again at rest before the arrival fails: the object there has another size than the target."""
         self._contradictions += 1
-        if self._contradictions < CONTRADICTIONS:
+        if self._contradictions < NEEDED_CONTRADICTIONS:
             return None
         measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
         return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)

@@ -189,7 +189,7 @@ class Belief:
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
         viewpoint.missed[view.near[inside]] *= (1.0 - view.each[inside]) ** frames
-        left = 1.0 - view.possible * np.minimum(tuning.SURE, 1.0 - viewpoint.missed[view.near])[:, None]
+        left = 1.0 - view.possible * np.minimum(tuning.MAX_FOUND_CHANCE, 1.0 - viewpoint.missed[view.near])[:, None]
         self._learned[view.near] *= left / viewpoint.left[view.near]
         viewpoint.left[view.near] = left
         self._normalise()
@@ -203,10 +203,10 @@ class Belief:
             likely = np.where(off_deg <= tuning.STEEPEST_DEG, 1.0, 0.0)
             if slant_deg is not None:
                 likely = likely * np.exp(-(((off_deg - slant_deg) / tuning.SLANT_SD_DEG) ** 2) / 2)
-            likely = likely * (self._facings_at(near) + tuning.TURNED)
-            self._unlearned *= 1.0 - tuning.TRUST
-            self._learned *= 1.0 - tuning.TRUST
-            held = tuning.TRUST * (likely / likely.sum())[None, :] / int(near.sum())
+            likely = likely * (self._facings_at(near) + tuning.TURNED_WEIGHT)
+            self._unlearned *= 1.0 - tuning.SIGHTING_SHARE
+            self._learned *= 1.0 - tuning.SIGHTING_SHARE
+            held = tuning.SIGHTING_SHARE * (likely / likely.sum())[None, :] / int(near.sum())
             self._learned[near] += held / self._likely[near][:, None]
         self._viewpoint = None  # a target in view is not hidden: missing it from now on is new evidence
 
@@ -228,12 +228,12 @@ class Belief:
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
-        self._learned[self._near(place)] *= tuning.REFUTED
+        self._learned[self._near(place)] *= tuning.REFUTED_SHARE
         self._normalise()
 
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
-        self._return_to_prior(tuning.SCATTERS)
+        self._return_to_prior(tuning.MOVED_CHANCE)
         self._viewpoint = None
 
     def held_at(self, place: Point) -> float:
@@ -270,7 +270,7 @@ class Belief:
         """
         plausible = self._plausible(floor)
         mass = self._mass().sum(axis=1) * plausible
-        unknown, total = plausible == tuning.UNKNOWN, mass.sum()
+        unknown, total = plausible == tuning.UNKNOWN_PLAUSIBILITY, mass.sum()
         chances = []
         for x_mm, y_mm in viewpoints:
             near, distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
@@ -312,7 +312,7 @@ class Belief:
         left: Array | float = 1.0
         if self._viewpoint is not None and math.dist(self._viewpoint.at, at) <= tuning.VIEWPOINT_MM:
             missed, left = self._viewpoint.missed[view.near] * missed, self._viewpoint.left[view.near]
-        found = 1.0 - (1.0 - view.possible * np.minimum(tuning.SURE, 1.0 - missed)[:, None]) / left
+        found = 1.0 - (1.0 - view.possible * np.minimum(tuning.MAX_FOUND_CHANCE, 1.0 - missed)[:, None]) / left
         gain = np.zeros(len(self._x))
         gain[view.near] = (plausible[view.near] * np.maximum(0.0, found)).sum(axis=1)
         return gain
@@ -326,7 +326,9 @@ class Belief:
         near, distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
         share = distance / self._range_mm
         each = np.interp(
-            share, [0.0, tuning.SURE_SHARE, tuning.POOR_SHARE, tuning.BLIND_SHARE], [1.0, 1.0, tuning.POOR, 0.0]
+            share,
+            [0.0, tuning.SURE_SHARE, tuning.POOR_SHARE, tuning.BLIND_SHARE],
+            [1.0, 1.0, tuning.POOR_HIT_RATE, 0.0],
         )
         # the place itself is as large as the grid's spacing, and the picture echoes
         sight = _along(floor.visibility(x_mm, y_mm, self._range_mm), distance - tuning.SPACING_MM, bearing_deg)
@@ -342,6 +344,8 @@ class Belief:
             free = (patches < -HINT).mean(axis=0) > tuning.EMPTY_SHARE
             marked = (patches > HINT).any(axis=0)
             unknown = (np.abs(patches) < KNOWN).mean(axis=0) > tuning.UNKNOWN_SHARE
-            plausible = np.where(free & ~marked, tuning.EMPTY, np.where(unknown, tuning.UNKNOWN, 1.0))
+            plausible = np.where(
+                free & ~marked, tuning.EMPTY_PLAUSIBILITY, np.where(unknown, tuning.UNKNOWN_PLAUSIBILITY, 1.0)
+            )
             self._plausible_on = (floor.log_odds.copy(), plausible)
         return self._plausible_on[1]

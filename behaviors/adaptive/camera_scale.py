@@ -37,7 +37,7 @@ ECHO_MM = 30.0
 """Noise of an echo."""
 OFFSET_MM = 250.0
 """Standard deviation of the offset between the target and the source of the echo."""
-GATE = 3.0
+GATE_SDS = 3.0
 """An echo that is more standard deviations away than this is of something else than the last one."""
 AHEAD_DEG = 6.0
 """A target within this bearing is straight ahead."""
@@ -60,7 +60,7 @@ STRAIGHT_DEG = 15.0
 UNCONFIRMED_SD = 0.09
 """The factor is no better known than this for a stop that no echo confirms: wheels are wrong by up to 8 %, and so is a
 factor learned by driving."""
-SURE = 1.1
+STOP_TOLERANCE = 1.1
 """A stop may be this much farther away than it should be, with a chance of about 2 %."""
 
 
@@ -98,7 +98,7 @@ class _Estimate:
     @property
     def most(self) -> float:
         """The largest factor that may be measured."""
-        return max(2.0, self.factor + GATE * math.sqrt(self.variance))
+        return max(2.0, self.factor + GATE_SDS * math.sqrt(self.variance))
 
     def rescale(self, by: float) -> None:
         """Multiply the factor by an exact number."""
@@ -114,7 +114,7 @@ class _Estimate:
         to_offset = self.covariance * by_factor + self.offset_variance * by_offset
         total = by_factor * to_factor + by_offset * to_offset + variance
         surprise = measured - by_factor * self.factor - by_offset * self.offset_mm
-        if abs(surprise) > GATE * math.sqrt(total):
+        if abs(surprise) > GATE_SDS * math.sqrt(total):
             self.forget_offset()
             return
         self.factor += to_factor / total * surprise
@@ -172,7 +172,7 @@ class CameraScale:
         sd = self._of(target).share_sd
         if not confirmed:
             sd = max(sd, UNCONFIRMED_SD)
-        return arrive_mm * min(1.0, SURE * math.exp(-2.0 * sd))
+        return arrive_mm * min(1.0, STOP_TOLERANCE * math.exp(-2.0 * sd))
 
     def assume_on_floor(self, sighting: Sighting, floor_mm: float) -> None:
         """Assume that a target whose height is a guess stands on the floor, until it is measured.

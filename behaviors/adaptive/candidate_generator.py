@@ -19,11 +19,11 @@ SPACING_MM = 400.0
 """Distance between the places considered as viewpoints."""
 NEAREST_MM = 350.0
 """Looking from nearer than this is looking from here."""
-CONSIDERED = 120
+CONSIDERED_PLACES = 120
 """Number of viewpoints considered: those that can be reached soonest."""
-OFFERED = 3
+OFFERED_PLACES = 3
 """Number of viewpoints offered: the most promising of them."""
-FRONTIER_HIT = 0.2
+FRONTIER_HIT_CHANCE = 0.2
 """Chance that a target on the unknown floor beyond a viewpoint is found soon after going there."""
 TURN_S = 1.5
 """Time to turn towards a destination. This and the next three were measured in the simulator."""
@@ -44,7 +44,7 @@ NEAREST_END_MM = 330.0
 """A detour ends no nearer to the target than this, since the target itself gives an echo."""
 FARTHEST_END_MM = 1000.0
 """A detour ends no farther away from the target than this."""
-LEAST_VISIBLE = 0.1
+MIN_VISIBLE_CHANCE = 0.1
 """The end of a detour shows the target with at least this probability."""
 NEWS_S = 60.0
 """Another target is still where it was seen, with probability 1/e, after this time."""
@@ -100,7 +100,7 @@ class CandidateGenerator:
         found = [each for each in gains if self._world.new_approach(target, each.place)] or gains
         found.sort(key=lambda each: -each.chance / (each.travel_s + SCAN_S))
         route_to = self._world.paths.route_to
-        return tuple(Viewpoint(one.travel_s, SCAN_S, one.chance, route_to(one.place)) for one in found[:OFFERED])
+        return tuple(Viewpoint(one.travel_s, SCAN_S, one.chance, route_to(one.place)) for one in found[:OFFERED_PLACES])
 
     def gains(self, target: str) -> list[ViewpointGain]:
         """Return the gain of a scan from each place considered."""
@@ -109,7 +109,7 @@ class CandidateGenerator:
         travel_s = paths.seconds_to(places) + TURN_S
         far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= NEAREST_MM
         places, travel_s = places[far], travel_s[far]
-        nearest = np.argsort(travel_s)[:CONSIDERED]
+        nearest = np.argsort(travel_s)[:CONSIDERED_PLACES]
         untried = [
             ((x_mm, y_mm), seconds)
             for (x_mm, y_mm), seconds in zip(places[nearest].tolist(), travel_s[nearest].tolist(), strict=True)
@@ -118,7 +118,7 @@ class CandidateGenerator:
         chances = world.targets.chances_from(target, [place for place, _ in untried])
         gains = []
         for (place, seconds), (found, beyond) in zip(untried, chances, strict=True):
-            chance = min(1.0, found + FRONTIER_HIT * beyond)  # a scan also shows some of what is beyond
+            chance = min(1.0, found + FRONTIER_HIT_CHANCE * beyond)  # a scan also shows some of what is beyond
             gains.append(ViewpointGain(place, seconds, chance * world.targets.novelty(target, place)))
         return gains
 
@@ -150,7 +150,7 @@ class CandidateGenerator:
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
         visible = world.targets.faces(target, known.place, places)
-        useful = (away_mm >= NEAREST_END_MM) & (away_mm <= FARTHEST_END_MM) & (visible >= LEAST_VISIBLE)
+        useful = (away_mm >= NEAREST_END_MM) & (away_mm <= FARTHEST_END_MM) & (visible >= MIN_VISIBLE_CHANCE)
         places, away_mm, visible = places[useful], away_mm[useful], visible[useful]
         seconds = paths.seconds_to(places) + away_mm / self._parameters.cruise_mm_s
         order = [i for i in np.argsort((seconds + TURN_S) / visible) if math.isfinite(seconds[i])]

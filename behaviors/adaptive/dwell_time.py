@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from behaviors.failures import Blocker
 
-NEGLIGIBLE = 0.05
+NEGLIGIBLE_CHANCE = 0.05
 """Less likely hypotheses do not count."""
-BOUND = 2.0
+COST_BOUND = 2.0
 """Under no hypothesis does waiting cost more than this many times what it would cost with foresight."""
 LONGEST_S = 30.0
 """No single wait is longer; afterwards more is known."""
@@ -22,12 +22,12 @@ PASSING_S = 4.0
 """Mean stay of a person who walks through."""
 LINGERING_S = 20.0
 """Mean stay of a person who stops."""
-BESIDE = (0.02, 0.02, 0.96)
+BESIDE_CHANCES = (0.02, 0.02, 0.96)
 """Probabilities that a blocker past which the target is seen is a person who walks through, one who stops, or
 furniture. These and the next two are estimates, not counts."""
-CAME = (0.45, 0.45, 0.10)
+MOVING_CHANCES = (0.45, 0.45, 0.10)
 """The same of a blocker that was seen to move."""
-STOOD = (0.25, 0.30, 0.45)
+HIDING_CHANCES = (0.25, 0.30, 0.45)
 """The same of a blocker that hides the target and was not."""
 WAITS = tuple(0.125 * i for i in range(25))
 """Waits that are considered, as shares of what the detour costs; 1 is among them, which keeps the bound."""
@@ -60,7 +60,7 @@ class BlockerHypothesis:
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
-    weights = CAME if blocker.moving else STOOD if blocker.hides else BESIDE
+    weights = MOVING_CHANCES if blocker.moving else HIDING_CHANCES if blocker.hides else BESIDE_CHANCES
     stays_s = PASSING_S, LINGERING_S, math.inf
     prior = [BlockerHypothesis(*each) for each in zip(stays_s, weights, strict=True)]
     left = [each.weight * each.survival(blocker.age_s) for each in prior]
@@ -94,7 +94,7 @@ def best_wait_s(mixture: Sequence[BlockerHypothesis], round_s: float) -> float:
 
 
 def _bounded(hypothesis: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if hypothesis.weight < NEGLIGIBLE:
+    if hypothesis.weight < NEGLIGIBLE_CHANCE:
         return True
-    bound = max(BOUND, 1.0 + round_s / LONGEST_S)  # the cap on a single wait may cost more than twice
+    bound = max(COST_BOUND, 1.0 + round_s / LONGEST_S)  # the cap on a single wait may cost more than twice
     return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.foresight_s(round_s) + 1e-9

@@ -36,7 +36,7 @@ times between cells of the map."""
 LONGER, LONGER_S = 1.5, 3.0
 """A path that turns out to take more than this many times as long as when it was chosen, plus this time, is abandoned:
 something else may be the better choice now."""
-STOPS = 3
+MAX_STOPS = 3
 """A robot that was stopped more often than this has no path."""
 CLEARANCE_MM = 70.0
 """With less room beside the straight path to the target the robot stays on its own: more than a planned path leaves,
@@ -104,7 +104,7 @@ class FollowPathSkill:
             observation = perception.step()
             if (fact := self._seen(observation)) is not None:
                 return fact
-            if observation.time_s > self._end_s or self._stops > STOPS:
+            if observation.time_s > self._end_s or self._stops > MAX_STOPS:
                 return self._no_path(observation)
             if observation.time_s >= renew_s:
                 if (fact := self._replan(observation, Reason.PATH_RENEWED)) is not None:

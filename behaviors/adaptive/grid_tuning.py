@@ -27,10 +27,10 @@ MAX_HINT_LOG_ODDS = SOLID - 0.1
 """The highest log odds that hints leave: by themselves they make no cell occupied."""
 FREE_ECHO = 0.35
 """An echo from beyond a cell lowers its log odds by this."""
-PASSED = 0.3
+PASSED_LOG_ODDS = 0.3
 """A farther echo does not come from a cell with log odds below minus this, if it may come from another one: the beam is
 wide, and the edges of a door would close it."""
-EXPLAINS = 0.8
+EXPLAINING_LOG_ODDS = 0.8
 """A cell with higher log odds than this explains a farther echo from its place, to within a cell."""
 FREE_NO_ECHO = 0.1
 """A measurement without an echo lowers the log odds by this."""
@@ -54,7 +54,7 @@ KNOWN = 0.1
 """A cell with log odds nearer to 0 than this is unknown to a line of sight."""
 FREE = 0.2
 """A cell with log odds below minus this is known as free."""
-BEHIND = 0.1
+BEHIND_CHANCE = 0.1
 """Chance to see past an obstacle on the map: over it, or because the map is wrong."""
 UNKNOWN_HIDES_MM = 2500.0
 """Unknown floor this long hides nothing with probability 1/e."""
@@ -71,7 +71,7 @@ BLOCK_RADIUS_MM = 250.0
 """An obstacle of unknown size is marked this large. The camera has overlooked it and does not clear it."""
 BLOCK_BEYOND = 0.6
 """Its middle is marked this share of that radius beyond the place of the echo or the contact."""
-BLOCK = 2.2
+BLOCK_LOG_ODDS = 2.2
 """Log odds of such an obstacle: a few echoes clear it."""
 FREE_SEEN = 0.5
 """Floor that a frame shows to be free lowers the log odds of a cell by this."""
@@ -79,7 +79,7 @@ HIT_SEEN = 0.8
 """The end of the floor in a frame raises those of its cell by this."""
 HIT_FLOOR_LIKE = 3.0
 """Something that looks like the floor on a ray raises the log odds of all its cells together by up to this."""
-RARE = 3.0
+RARE_LOG_ODDS = 3.0
 """Log odds against such a thing in an unknown cell."""
 FLOOR_LIKE_SHARPNESS = 2.0
 """When the cells of a ray share that, each cell's log odds are multiplied by this first: a larger one concentrates it

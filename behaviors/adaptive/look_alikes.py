@@ -14,7 +14,7 @@ NEAR_SHARE = 0.3
 than `NEAR_MM`, are of one object."""
 REJECTED_S = 60.0
 """It is tested again after this time."""
-LOOKS = 2
+NEEDED_LOOKS = 2
 """A doubtful object is taken for the target after scans from this many places without a better one; after one if
 nothing else was ever taken for it."""
 APART_MM = 500.0
@@ -100,7 +100,7 @@ class LookAlikes:
 
     def _released(self, each: _LookAlike) -> bool:
         """Return whether a better one was looked for often enough; several objects taken for the target need more."""
-        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else LOOKS)
+        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else NEEDED_LOOKS)
 
 
 def _show_one_thing(a: Sighting, b: Sighting) -> bool:

@@ -136,7 +136,10 @@ class OccupancyGrid:
         gain, most = tuning.HIT_NEAR, tuning.MAX_LOG_ODDS
         if range_mm > tuning.NEAR_MM:
             gain, most = tuning.HIT_FAR, tuning.MAX_HINT_LOG_ODDS
-            for likelier in (hit & (cells > -tuning.PASSED), cone.arc(range_mm, CELL_MM) & (cells > tuning.EXPLAINS)):
+            for likelier in (
+                hit & (cells > -tuning.PASSED_LOG_ODDS),
+                cone.arc(range_mm, CELL_MM) & (cells > tuning.EXPLAINING_LOG_ODDS),
+            ):
                 hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
         self._echo_heading_deg[cone.window][hit] = pose.heading_deg
@@ -208,7 +211,7 @@ class OccupancyGrid:
         bearing_deg, near_mm = view.floor_like_deg[useful], view.floor_like_near_mm[useful]
         self.include(*(lens.ahead(tuning.FLOOR_LIKE_MM, each) for each in bearing_deg.tolist()))
         i, j = self._cells_along(lens, bearing_deg, along_mm)
-        odds = np.exp(tuning.FLOOR_LIKE_SHARPNESS * self.log_odds[i, j] - tuning.RARE)
+        odds = np.exp(tuning.FLOOR_LIKE_SHARPNESS * self.log_odds[i, j] - tuning.RARE_LOG_ODDS)
         chance = np.where(along_mm >= near_mm[:, None], odds / (1.0 + odds), 0.0)
         first = chance * np.cumprod(1.0 - chance, axis=1) / (1.0 - chance)
         share = first / first.sum(axis=1, keepdims=True)
@@ -307,7 +310,7 @@ class OccupancyGrid:
             window, inside = self.cells.disc(*place, tuning.BLOCK_RADIUS_MM)
             self._unseen[window] |= inside
         cells = self.log_odds[window]
-        cells[inside] = np.maximum(cells[inside], tuning.BLOCK)
+        cells[inside] = np.maximum(cells[inside], tuning.BLOCK_LOG_ODDS)
         self._appeared[window] |= inside & self._was_free[window]
 
     def _saw_at(self, pose: Pose, range_mm: float) -> Point | None:
@@ -343,7 +346,7 @@ class OccupancyGrid:
         log_odds[:, :2] = -1.0  # the robot itself stands there
         behind = np.logical_or.accumulate(log_odds > tuning.HINT, axis=1)
         unknown_mm = np.cumsum(np.abs(log_odds) < tuning.KNOWN, axis=1) * CELL_MM
-        return np.asarray(np.where(behind, tuning.BEHIND, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
+        return np.asarray(np.where(behind, tuning.BEHIND_CHANCE, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Return whether the robot could drive straight, as far as the map shows.

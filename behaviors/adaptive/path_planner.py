@@ -18,28 +18,28 @@ CLEARANCE_MM = 40.0
 """Room beside the robot that a path must leave."""
 SEEN_CLEARANCE_MM = 20.0
 """The same beside obstacles that the camera saw, which the map places accurately."""
-INFLATION = ((320.0, 2.0), (250.0, 3.0), (210.0, 4.0))
+INFLATION_COSTS = ((320.0, 2.0), (250.0, 3.0), (210.0, 4.0))
 """Within each radius, mm, of an obstacle a cell costs this many cells of free floor: wheels slip and echoes err, and a
 path should lead through the middle of a door."""
 BEYOND_CELLS = 8
 """Paths go this many cells beyond the known floor at most."""
-DOUBTFUL = 5.0
+DOUBTFUL_COST = 5.0
 """Cost of a cell that may be occupied."""
-LIKELY = 25.0
+LIKELY_COST = 25.0
 """Cost of a cell with higher log odds than `LIKELY_LOG_ODDS`."""
 LIKELY_LOG_ODDS = 0.8
 """Higher ones than this come from several echoes."""
-UNKNOWN = 1.4
+UNKNOWN_COST = 1.4
 """Cost of a cell that is not known."""
-UNKNOWN_WITHOUT_SONAR = 8.0
+UNKNOWN_COST_WITHOUT_SONAR = 8.0
 """The same without a sonar, which would detect an obstacle there in time."""
 FEW_PLACES = 6
 """A robot that can reach fewer places than this is walled in."""
 FEW_SPACING_MM = 400.0
 """Spacing of the places that are counted for it."""
-TOUCHED = 0.05
+TOUCHED_LOG_ODDS = 0.05
 """A cell with log odds nearer to 0 than this counts as never looked at and does not extend the map."""
-NARROW = 15.0
+NARROW_COST = 15.0
 """Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap looks narrower
 on the map than it is."""
 FRONTIER_CELLS = 5
@@ -47,7 +47,7 @@ FRONTIER_CELLS = 5
 STRAIGHT, STRAIGHT_CELLS = 1.02, 0.5
 """A straight line replaces a path if it costs no more than this many times as much, plus this many cells of free floor;
 a path on the grid has corners of 45 degrees and is up to 8 % longer."""
-TOGETHER = 8.0
+TOGETHER_COST = 8.0
 """Paths whose costs differ by no more than this grow at the same time, which changes the speed only."""
 _NEIGHBOURS = [(i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
@@ -87,7 +87,7 @@ class PathPlanner:
 
     def unknown_mm(self, route: tuple[Point, ...]) -> float:
         """Return how much of the path along waypoints from the start crosses unknown floor."""
-        unknown = np.abs(self._log_odds) <= TOUCHED
+        unknown = np.abs(self._log_odds) <= TOUCHED_LOG_ODDS
         return sum(share * length_mm for share, length_mm in self._means(unknown, 1.0, route))
 
     def _means(
@@ -177,7 +177,7 @@ class PathPlanner:
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     log_odds = floor.log_odds
-    known = np.abs(log_odds) > TOUCHED
+    known = np.abs(log_odds) > TOUCHED_LOG_ODDS
     i, j = floor.cells.at(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
@@ -185,19 +185,19 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     solid = part > SOLID
     blocked = _inflated(solid, floor.radius_mm + CLEARANCE_MM)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= TOUCHED] = UNKNOWN_WITHOUT_SONAR if floor.without_sonar else UNKNOWN
-    for radius_mm, price in INFLATION:
+    cost[np.abs(part) <= TOUCHED_LOG_ODDS] = UNKNOWN_COST_WITHOUT_SONAR if floor.without_sonar else UNKNOWN_COST
+    for radius_mm, price in INFLATION_COSTS:
         cost[_inflated(solid, radius_mm)] = price
-    cost[_inflated((part > HINT) & ~solid, floor.radius_mm)] = DOUBTFUL
-    cost[_inflated((part > LIKELY_LOG_ODDS) & ~solid, floor.radius_mm)] = LIKELY
+    cost[_inflated((part > HINT) & ~solid, floor.radius_mm)] = DOUBTFUL_COST
+    cost[_inflated((part > LIKELY_LOG_ODDS) & ~solid, floor.radius_mm)] = LIKELY_COST
     cost[blocked] = np.inf
     seen = _inflated(solid & floor.seen[window], floor.radius_mm + SEEN_CLEARANCE_MM)
-    cost[blocked & (part < -FREE) & ~seen] = NARROW
+    cost[blocked & (part < -FREE) & ~seen] = NARROW_COST
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
     near = solid[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
-    around[np.isinf(around) & ~near] = DOUBTFUL
+    around[np.isinf(around) & ~near] = DOUBTFUL_COST
     cost[si, sj] = 1.0
     return window, cost
 
@@ -248,7 +248,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
     field[cells] = 0.0
     while len(cells):
         reached = field[cells]
-        near = reached <= reached.min() + TOGETHER
+        near = reached <= reached.min() + TOGETHER_COST
         waits[cells] = ~near
         beside = cells[near] + offsets
         through = reached[near] + prices[beside] * lengths

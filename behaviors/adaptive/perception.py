@@ -20,7 +20,7 @@ BLOCKER_MM = 150.0
 """Something that holds or touches the robot and gives no echo is about this far ahead of the sonar."""
 STEP_MM = 150.0
 """The robot drives no farther than this from one look to the next, however slow the link."""
-CORRECTS = 0.6
+MAX_CORRECTED_SHARE = 0.6
 """Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve."""
 LOST_FRAMES = 4.0
 """A target is lost only after this many frames without it."""
@@ -30,7 +30,7 @@ SILENT_SHARE = 0.6
 """Share of its speed at which the robot drives while the sonar seems dead."""
 SLOW_LINK_S = 0.5
 """If requesting echo and pose takes longer than this, the link is slow."""
-BURST = 3
+BURST_FRAMES = 3
 """Number of frames that each look evaluates on a slow link, where a frame takes little time compared with a round
 trip."""
 TEST_S = 8.0
@@ -108,7 +108,7 @@ class Perception:
     @property
     def frames(self) -> int:
         """How many frames are looked at in each step: several on a slow link."""
-        return BURST if self._answer_s > SLOW_LINK_S else 1
+        return BURST_FRAMES if self._answer_s > SLOW_LINK_S else 1
 
     def step(self) -> Observation:
         """Look at the next frame or frames, measure the range, and update the world model.
@@ -241,7 +241,7 @@ class Perception:
         self, bearing_deg: float, per_s: float = STEER_PER_S, limit_deg_s: float = STEER_LIMIT_DEG_S
     ) -> float:
         """Return how fast to turn towards a bearing: slower where looks are far apart, as on a slow link."""
-        return steering_deg_s(bearing_deg, min(per_s, CORRECTS / max(self._step_s, 0.01)), limit_deg_s)
+        return steering_deg_s(bearing_deg, min(per_s, MAX_CORRECTED_SHARE / max(self._step_s, 0.01)), limit_deg_s)
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""

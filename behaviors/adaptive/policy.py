@@ -13,7 +13,7 @@ from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, C
 
 SHORTEST_WAIT_S = 0.5
 """Shorter waits are not proposed."""
-WORTH_A_LOOK = 0.02
+WORTHWHILE_CHANCE = 0.02
 """A rescan with a smaller chance is not proposed while there is another viewpoint."""
 BESIDE_STILL_MM = 1000.0
 """A detour around a still object over this much unknown floor is estimated to be passable with probability 1/e. How
@@ -121,7 +121,7 @@ class AdaptivePolicy:
     def _looking(self, evidence: Evidence) -> Iterator[Candidate]:
         here = evidence.here
         in_sight = evidence.blocker is not None and not evidence.blocker.hides
-        if not in_sight and here is not None and (here.chance >= WORTH_A_LOOK or not evidence.viewpoints):
+        if not in_sight and here is not None and (here.chance >= WORTHWHILE_CHANCE or not evidence.viewpoints):
             chance, situation = self._chances.of(RESCAN, evidence, here.chance)
             choice = Choice(RESCAN, f"{chance:.0%} chance that it was overlooked here")
             yield Candidate(choice, here.seconds, chance, situation=situation)

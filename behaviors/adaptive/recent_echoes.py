@@ -18,7 +18,7 @@ FARTHEST_MM = 1300.0
 """Beams say nothing about places farther away than this: small things give no echo from there."""
 PAST_MM = 250.0
 """An echo from this much farther than a place says that the place is free; no echo may mean a slanted side."""
-BEAMS = 3
+PASSING_BEAMS = 3
 """Number of such beams in a row that are needed."""
 
 
@@ -58,7 +58,7 @@ class RecentEchoes:
             if distance_mm is None:
                 continue
             passed = passed + 1 if range_mm >= distance_mm + PAST_MM else 0
-            if passed >= BEAMS:
+            if passed >= PASSING_BEAMS:
                 return True
         return False
 

@@ -33,7 +33,7 @@ BEYOND_MM = 500.0
 """A target may be this far behind the source of an echo at the side of the sonar's cone."""
 AIM_DEG = 8.0
 """The beginning of an arc need not be met more exactly."""
-WORTH_A_TURN = 0.015
+WORTHWHILE_CHANCE = 0.015
 """A scan with less chance of success is skipped, except the first one at the start, since people usually start the
 robot near a target."""
 START_MM = 100.0
@@ -89,7 +89,7 @@ class ScanSkill:
         belief = world.targets.beliefs[perception.target]
         chance = belief.chance_from(*world.here, world.floor)
         first = math.hypot(*world.here) < START_MM and not world.targets.searched(perception.target)
-        if chance < WORTH_A_TURN and not first:
+        if chance < WORTHWHILE_CHANCE and not first:
             return None
         if perception.doubts_turns:
             return self._scan_past_the_start()

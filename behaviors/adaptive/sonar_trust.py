@@ -18,7 +18,7 @@ CERTAIN_DEG = 150.0
 at the same distance over twice the beam at most, and a corner over little more."""
 DOUBTED_DEG = 60.0
 """Over this much it is doubtful; a turn of `CERTAIN_DEG` decides."""
-FRESH = 3
+FRESH_ECHOES = 3
 """After this many different echoes it is trusted again."""
 
 
@@ -38,7 +38,7 @@ class SonarTrust:
         self._pose: Pose | None = None
         self._last_mm: float | None = None
         self._path_mm = self._turn_deg = 0.0
-        self._fresh = FRESH
+        self._fresh = FRESH_ECHOES
 
     @property
     def silent(self) -> bool:
@@ -71,8 +71,8 @@ class SonarTrust:
         self._pose, self._last_mm = pose, range_mm
         if self._path_mm > STUCK_MM or self._turn_deg > STUCK_DEG:
             self._fresh = 0
-        self.stuck = (self.stuck and self._fresh < FRESH) or (self.stopped and self._repeated_deg > CERTAIN_DEG)
-        if self._fresh < FRESH:
+        self.stuck = (self.stuck and self._fresh < FRESH_ECHOES) or (self.stopped and self._repeated_deg > CERTAIN_DEG)
+        if self._fresh < FRESH_ECHOES:
             return None
         self._last_echo_s = now_s
         return range_mm

@@ -37,9 +37,9 @@ DECAY_EVERY_S = 5.0
 """Beliefs age in steps of this time."""
 NEW_LOOK_S = 1.0
 """A sighting this long after the last one is new evidence, not the same look again."""
-SETTLES = 0.4
+SIGHTING_WEIGHT = 0.4
 """Weight of a new sighting in the estimate of a target's place and of its edges, 0..1."""
-HELD = 0.25
+HELD_CHANCE = 0.25
 """A remembered place is kept as long as the belief in it is stronger."""
 JUMP_MM = 500.0
 """A sighting farther than this from the last one is of something that moved, or of something else."""
@@ -52,7 +52,7 @@ INSIDE_MM = 200.0
 """A place where a target is seen is at least this far from the map's edge."""
 FLOOR_DEG = 4.0
 """Where a lower edge is seen less far below level than this, it does not say how far away the floor is."""
-BEYOND = 1.25
+BEYOND_RATIO = 1.25
 """An echo from this many times farther away than the floor at a target's lower edge is not the target's."""
 NEW_MM = 500.0
 """An object that hides a target from a place also hides it from this far beside it, with probability 1/e."""
@@ -168,7 +168,7 @@ class TargetMemory:
         floor_mm = self._floor_mm(sighting)
         if range_mm is None or floor_mm is None or not self.scale.guessed(sighting.target):
             return False
-        return range_mm + self.scale.sonar_ahead_mm > BEYOND * floor_mm
+        return range_mm + self.scale.sonar_ahead_mm > BEYOND_RATIO * floor_mm
 
     def found_within_mm(self, target: str) -> float:
         """Return how far away a target's detector finds it; one that is larger than guessed, from farther."""
@@ -232,7 +232,7 @@ class TargetMemory:
         """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
         self.flush_looks()
         known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < HELD:
+        if known is not None and self.beliefs[target].held_at(known.place) < HELD_CHANCE:
             del self.known[target]
 
     def chance_from(self, target: str, place: Point) -> float:
@@ -332,8 +332,8 @@ class TargetMemory:
             before = None
         if before is not None:
             place = (
-                before.place[0] + SETTLES * (place[0] - before.place[0]),
-                before.place[1] + SETTLES * (place[1] - before.place[1]),
+                before.place[0] + SIGHTING_WEIGHT * (place[0] - before.place[0]),
+                before.place[1] + SIGHTING_WEIGHT * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > NEW_LOOK_S:
             if self._floor.include(place, margin_mm=INSIDE_MM):
@@ -358,7 +358,7 @@ class TargetMemory:
         if sighting.cut or seen is None or math.isinf(self._fit.fills_mm(seen)):
             return before
         lower_mm, upper_mm = before or seen
-        return lower_mm + SETTLES * (seen[0] - lower_mm), upper_mm + SETTLES * (seen[1] - upper_mm)
+        return lower_mm + SIGHTING_WEIGHT * (seen[0] - lower_mm), upper_mm + SIGHTING_WEIGHT * (seen[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
         """Update the beliefs for the known floor, and for all places on a map that has grown."""

@@ -14,15 +14,15 @@ CLEAR_RATE = 0.90
 """Share of the frames in which the real target is found at least, in good light."""
 UNCLEAR_RATE = 0.60
 """Share of the frames in which a look-alike is found at most."""
-CLEAR = math.log(100.0)
+CLEAR_LOG_ODDS = math.log(100.0)
 """Log odds at which it is clear whether it is found like the one or like the other."""
 REAL_RATE = 0.60
 """Share of the frames in which the real target is found, in poor light."""
 MISTAKE_RATE = 0.30
 """Share of the frames in which a look-alike is found."""
-ACCEPT = math.log(300.0)
+ACCEPT_LOG_ODDS = math.log(300.0)
 """Log odds at which the test accepts: a wrong stop is worse than another look."""
-REJECT = -math.log(500.0)
+REJECT_LOG_ODDS = -math.log(500.0)
 """Log odds at which it rejects."""
 _HIT = math.log(REAL_RATE / MISTAKE_RATE)
 _MISS = math.log((1.0 - REAL_RATE) / (1.0 - MISTAKE_RATE))
@@ -57,9 +57,9 @@ class TargetVerifier:
         Frames without a detection count only when the next detection comes: until then the target may be hidden.
         """
         if hit:
-            self.odds = max(2 * REJECT, min(2 * ACCEPT, self.odds + _HIT + self._missed * _MISS))
+            self.odds = max(2 * REJECT_LOG_ODDS, min(2 * ACCEPT_LOG_ODDS, self.odds + _HIT + self._missed * _MISS))
             change = _CLEAR_HIT + self._missed * _CLEAR_MISS
-            self.clarity = max(-2 * CLEAR, min(2 * CLEAR, self.clarity + change))
+            self.clarity = max(-2 * CLEAR_LOG_ODDS, min(2 * CLEAR_LOG_ODDS, self.clarity + change))
             self._missed = 0
         else:
             self._missed += 1
@@ -71,16 +71,16 @@ class TargetVerifier:
     @property
     def clear(self) -> bool:
         """Whether it is found as steadily as only the target can be, in good light."""
-        return self.clarity >= CLEAR
+        return self.clarity >= CLEAR_LOG_ODDS
 
     @property
     def unclear(self) -> bool:
         """Whether it is found no more steadily than a look-alike, or than the target in poor light."""
-        return self.clarity <= -CLEAR
+        return self.clarity <= -CLEAR_LOG_ODDS
 
     @property
     def verdict(self) -> Verdict:
         """The result at the current odds."""
-        if self.odds >= ACCEPT:
+        if self.odds >= ACCEPT_LOG_ODDS:
             return Verdict.REAL
-        return Verdict.MISTAKEN if self.odds <= REJECT else Verdict.OPEN
+        return Verdict.MISTAKEN if self.odds <= REJECT_LOG_ODDS else Verdict.OPEN

@@ -35,9 +35,9 @@ OUTLIER_MM = 150.0
 """A larger difference counts as this: something moved, or a beam just missed an edge."""
 FITS_MM = 60.0
 """Echoes that differ by more in the mean do not fit."""
-APART_DEG, DISTINCT, DISTINCT_MM = 8.0, 0.6, 15.0
-"""Scales that differ from the best one by more than `APART_DEG` in a turn must fit worse by the share `DISTINCT` of its
-misfit, and by `DISTINCT_MM`: where nothing is near, every scale fits."""
+APART_DEG, DISTINCT_SHARE, DISTINCT_MM = 8.0, 0.6, 15.0
+"""Scales that differ from the best one by more than `APART_DEG` in a turn must fit worse, by this share of its misfit
+and by `DISTINCT_MM`: where nothing is near, every scale fits."""
 MOVED_MM = 40.0
 """A robot that moved farther than this has not turned on the spot."""
 
@@ -90,7 +90,7 @@ class TurnScale:
             return None
         best = int(misfits.argmin())
         elsewhere = misfits[np.abs(turns - turns[best]) > APART_DEG]
-        least_mm = misfits[best] + max(DISTINCT * misfits[best], DISTINCT_MM)
+        least_mm = misfits[best] + max(DISTINCT_SHARE * misfits[best], DISTINCT_MM)
         if misfits[best] > FITS_MM or elsewhere.min(initial=math.inf) < least_mm:
             return None
         scale = 360.0 / float(turns[best])

@@ -14,9 +14,9 @@ LEFT_MM = 250.0
 BEFORE_MM = 200.0
 """Only an echo that is this much nearer than the target blocks the path: a little less than in an approach, for the
 same reason."""
-CLEAR = 2
+CLEAR_ECHOES = 2
 """The path is free after this many clear echoes in a row while the target is in view."""
-CLEAR_UNSEEN = 10
+CLEAR_ECHOES_UNSEEN = 10
 """The same while the target is not in view."""
 IN_VIEW_S = 1.0
 """A target that was seen no longer ago is in view."""
@@ -66,11 +66,11 @@ class WaitSkill:
             self._left_s -= observation.time_s - then_s
             then_s = observation.time_s
             self._clear = 0 if self._blocked(observation) else self._clear + 1
-            if self._clear >= CLEAR:
+            if self._clear >= CLEAR_ECHOES:
                 perception.context.watch.update(None)
                 if observation.sighting is not None:
                     return sighted(observation.sighting, reason=Reason.WAY_CLEAR)
-                if self._clear >= CLEAR_UNSEEN:
+                if self._clear >= CLEAR_ECHOES_UNSEEN:
                     return Fact(Event.RECOVERY_DONE, Reason.WAY_CLEAR, {"waited_s": observation.time_s - begun_s})
         waited_s = perception.now() - begun_s
         hides = not self._in_view()

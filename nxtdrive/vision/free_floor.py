@@ -31,21 +31,21 @@ LIGHT_BINS = 4
 """A colour of the floor makes those within this many steps of its lightness likely, for shade."""
 CHROMA_BINS = 1
 """The same for the other two."""
-KEEPS = 0.97
+KEPT_SHARE = 0.97
 """Share that a further frame leaves of what was learned before."""
 LEARN_EVERY_S = 0.2
 """At most one frame is kept in this time; so what was learned fades in ten to forty seconds."""
 KEPT_S = 20.0
 """A frame is kept for this long."""
-RARE = 0.004
+RARE_SHARE = 0.004
 """Colours with less than this share of the commonest one's count are not the floor's."""
 RUN_PX = 5
 """The floor ends where this many pixels in a column have other colours."""
 GRAIN_PX = 5
 """Specks up to this size are ignored."""
-FAMILIAR = 0.8
+FAMILIAR_SHARE = 0.8
 """Where less than this share of the sample has the floor's colours, the exposure may have changed."""
-GAIN = (0.4, 2.5)
+GAIN_RANGE = (0.4, 2.5)
 """Changes of exposure up to these factors are undone."""
 
 Mask = NDArray[np.bool_]
@@ -87,13 +87,13 @@ class FreeFloorDetector:
         bins, light = _bins(sample), _light(sample)
         counts = np.bincount(bins.ravel(), minlength=BINS**3) / bins.size
         if self._counts is not None:
-            counts = KEEPS * self._counts + (1.0 - KEEPS) * counts
-            light = KEEPS * self._light + (1.0 - KEEPS) * light
+            counts = KEPT_SHARE * self._counts + (1.0 - KEPT_SHARE) * counts
+            light = KEPT_SHARE * self._light + (1.0 - KEPT_SHARE) * light
         self._counts, self._light = counts, light
         cube = counts.reshape(BINS, BINS, BINS)
         for axis, reach in enumerate((LIGHT_BINS, CHROMA_BINS, CHROMA_BINS)):
             cube = _spread(cube, axis, reach)
-        self._likely = np.asarray(cube > RARE * cube.max()).ravel()
+        self._likely = np.asarray(cube > RARE_SHARE * cube.max()).ravel()
 
     def ends(self, image: Image) -> NDArray[np.float64]:
         """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
@@ -120,9 +120,9 @@ class FreeFloorDetector:
     def _exposure_matched(self, small: Image) -> Image:
         """Return a frame in the light in which the floor was learned, if more of the sample is then known."""
         known = self._known(small)
-        if known >= FAMILIAR or not self.ready:
+        if known >= FAMILIAR_SHARE or not self.ready:
             return small
-        gain = min(max(self._light / max(_light(_sample(small)), 1.0), GAIN[0]), GAIN[1])
+        gain = min(max(self._light / max(_light(_sample(small)), 1.0), GAIN_RANGE[0]), GAIN_RANGE[1])
         matched = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
         return matched if self._known(matched) > max(known, 0.5) else small
 

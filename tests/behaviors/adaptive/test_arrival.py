@@ -9,7 +9,7 @@ import pytest
 from staged_ports import FRAME_S, Scene, Stage, adaptive_profile
 
 from behaviors.adaptive.approach import ApproachSkill
-from behaviors.adaptive.arrival import CHECKS, CONTRADICTIONS, DECIDE_S
+from behaviors.adaptive.arrival import CHECKED_FRAMES, DECIDE_S, NEEDED_CONTRADICTIONS
 from behaviors.events import Event, Reason
 from behaviors.ports import Glimpse, StopReason
 
@@ -76,9 +76,9 @@ def test_the_time_in_front_of_a_target_ends_when_the_robot_moves_off():
 
 @pytest.mark.parametrize("between_mm", [700.0, None])
 def test_only_contradicting_echoes_in_a_row_fail_an_arrival(between_mm):
-    frames = CONTRADICTIONS - 1
+    frames = NEEDED_CONTRADICTIONS - 1
     sure = (2.0, 0.0, NEAR_MM + 300.0, NEAR_MM + 300.0)
-    contradicted = (FRAME_S * (CHECKS + frames), 0.0, NEAR_MM, 1500.0)
+    contradicted = (FRAME_S * (CHECKED_FRAMES + frames), 0.0, NEAR_MM, 1500.0)
     between = [] if between_mm is None else [(1.0, 0.0, between_mm, between_mm)]
     fact, _ = _approached(sure, contradicted, *between, contradicted, (60.0, 0.0, NEAR_MM, NEAR_MM))
     assert fact.reason is (Reason.RANGE_MISMATCH if between_mm is None else Reason.WITHIN_REACH)

@@ -10,9 +10,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.dwell_time import (
-    BOUND,
+    COST_BOUND,
     LONGEST_S,
-    NEGLIGIBLE,
+    NEGLIGIBLE_CHANCE,
     BlockerHypothesis,
     best_wait_s,
     cost_s,
@@ -53,8 +53,8 @@ def test_no_kind_of_thing_costs_more_than_twice_what_it_costs_with_foresight(mix
     """Beyond `LONGEST_S` the cap on a single wait may break the bound: going round is then paid after too short a
     wait, which costs at most (wait + round) / wait times that."""
     wait_s = best_wait_s(mixture, round_s)
-    bound = max(BOUND, 1.0 + round_s / LONGEST_S)
-    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE)
+    bound = max(COST_BOUND, 1.0 + round_s / LONGEST_S)
+    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE_CHANCE)
 
 
 @given(blocker=BLOCKERS, round_s=st.floats(0.1, LONGEST_S))
@@ -62,7 +62,9 @@ def test_the_bound_holds_for_what_blockers_may_be_at_any_age(blocker, round_s):
     mixture = hypotheses(blocker)
     assert sum(kind.weight for kind in mixture) == pytest.approx(1.0)
     wait_s = best_wait_s(mixture, round_s)
-    assert all(_ratio(kind, wait_s, round_s) <= BOUND + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE)
+    assert all(
+        _ratio(kind, wait_s, round_s) <= COST_BOUND + SLACK for kind in mixture if kind.weight >= NEGLIGIBLE_CHANCE
+    )
 
 
 @given(round_s=st.floats(0.1, LONGEST_S), moving=st.booleans(), still_moving=st.booleans())
@@ -70,7 +72,7 @@ def test_deciding_again_after_a_wait_in_vain_keeps_the_bound(round_s, moving, st
     mixture = hypotheses(Blocker(500.0, 0.0, moving, hides=True))
     first_s = _wait_s(round_s, moving=moving)
     second_s = _wait_s(round_s, first_s, moving=still_moving)
-    assert all(_ratio(kind, first_s + second_s, round_s) <= BOUND + SLACK for kind in mixture)
+    assert all(_ratio(kind, first_s + second_s, round_s) <= COST_BOUND + SLACK for kind in mixture)
 
 
 @given(mixture=mixtures(), round_s=ROUNDS_S)
@@ -79,7 +81,7 @@ def test_deciding_again_after_a_wait_in_vain_keeps_the_bound(round_s, moving, st
 def test_neither_going_at_once_nor_waiting_as_long_as_that_takes_costs_less(mixture, round_s):
     wait_s = best_wait_s(mixture, round_s)
     assert 0.0 <= wait_s <= LONGEST_S
-    sound = all(kind.weight < NEGLIGIBLE or kind.stays_s == math.inf for kind in mixture)
+    sound = all(kind.weight < NEGLIGIBLE_CHANCE or kind.stays_s == math.inf for kind in mixture)
     others = [min(round_s, LONGEST_S)] + [0.0] * sound
     assert all(cost_s(mixture, wait_s, round_s) <= cost_s(mixture, other_s, round_s) + SLACK for other_s in others)
 
@@ -136,4 +138,4 @@ def test_on_average_it_is_within_twice_also_for_stays_that_are_not_exponential(b
     wait_s = _wait_s(round_s, moving=moving)
     leave_s = [_leaves_s(random, boxes) for _ in range(20_000)]
     mean_s = sum(_cost_s(each, wait_s, round_s) for each in leave_s)
-    assert mean_s < BOUND * sum(min(each, round_s) for each in leave_s)
+    assert mean_s < COST_BOUND * sum(min(each, round_s) for each in leave_s)

@@ -13,7 +13,7 @@ from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.grid_tuning import (
     APPEARED_DECAY_S,
     DECAY_S,
-    EXPLAINS,
+    EXPLAINING_LOG_ODDS,
     HINT,
     MAX_LOG_ODDS,
     MAX_SIDE,
@@ -86,9 +86,9 @@ def test_a_far_echo_comes_from_what_is_known_to_stand_on_its_arc():
     """Heard along a wall, it does not close the corridor beside it."""
     floor, range_mm = OccupancyGrid(), NEAR_MM + 500.0
     wall = Pose(heading_deg=10.0).ahead(100.0 + range_mm)
-    floor.log_odds[floor.cells.at(*wall)] = EXPLAINS + 0.1
+    floor.log_odds[floor.cells.at(*wall)] = EXPLAINING_LOG_ODDS + 0.1
     _listen(floor, range_mm, times=20)
-    assert _evidence_at(floor, *wall) > EXPLAINS + 0.1
+    assert _evidence_at(floor, *wall) > EXPLAINING_LOG_ODDS + 0.1
     assert _evidence_at(floor, 100.0 + range_mm, 0.0) == 0.0
     assert _evidence_at(floor, *Pose(heading_deg=-10.0).ahead(100.0 + range_mm)) == 0.0
 

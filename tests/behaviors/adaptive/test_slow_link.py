@@ -13,7 +13,7 @@ from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.grid_tuning import FREE_NO_ECHO
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.perception import BURST, FREE_MM, Perception
+from behaviors.adaptive.perception import BURST_FRAMES, FREE_MM, Perception
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose
@@ -84,10 +84,10 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
     [
         (2.0, 0.0, 1),
         (65.0, 0.0, 1),
-        (SLOW_MS, 0.0, BURST),
+        (SLOW_MS, 0.0, BURST_FRAMES),
         (2.0, 0.8, 1),
         (65.0, 0.5, 1),
-        (SLOW_MS, 0.3, BURST),
+        (SLOW_MS, 0.3, BURST_FRAMES),
     ],
 )
 def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, look_s, frames):
