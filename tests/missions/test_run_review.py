@@ -146,6 +146,24 @@ def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform
     assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
 
+@pytest.mark.parametrize("reached", [False, True])
+def test_a_target_that_was_seen_and_not_reached_in_a_room_of_ones_own_leads_to_the_check_of_that_room(
+    reached, mission_for, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    Path("room.toml").write_text((WORLDS / "open.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    review = RunReview(ReviewedRun(mission_for("lena"), Simulation("open").truth, world="room.toml"), lambda _: None)
+    sighting = {"bearing_deg": 0.0, "distance_mm": 1000.0, "confidence": 1.0}
+    review(Record(1.0, RecordKind.LOOK, "search", "lena", {"sighting": sighting, "range_mm": None}))
+    if reached:
+        review(Record(5.0, RecordKind.TRANSITION, "reached", "lena", {"source": "arrive", "to": "reached"}))
+    review(Record(600.0, RecordKind.END, "finished", "", {"ending": "time_up"}))
+    assert len(review.hints) == (not reached)
+    for hint in review.hints:
+        assert hint.startswith("lena was seen, but not reached. `nxtdrive world check room.toml`")
+        assert "time_limit_s" in hint
+
+
 @pytest.mark.parametrize(("ending", "hints"), [("time_up", 1), ("given_up", 1), ("interrupted", 0), ("achieved", 0)])
 def test_a_target_that_was_never_found_in_a_room_of_ones_own_leads_to_the_check_of_that_room(
     ending, hints, mission_for, tmp_path, monkeypatch

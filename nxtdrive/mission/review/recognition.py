@@ -104,12 +104,16 @@ def not_recognised(run: ReviewedRun, moment: Moment) -> Hints:
     yield target, text
 
 
-def never_seen(run: ReviewedRun, moment: Moment) -> Hints:
-    """Check at the end whether a room of the user's own has a target that was never seen."""
+def not_reached(run: ReviewedRun, moment: Moment) -> Hints:
+    """Check at the end whether a room of the user's own has a target that was not reached."""
     if moment.ending not in GIVEN_UP or not Path(run.world).is_file():
         return
-    check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it. "
-    more = "If it finds nothing, give the mission more light, a nearer start, or more time (time_limit_s, rounds)."
+    check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it."
+    reached = {arrival["target"] for arrival in run.arrivals}
     for target in dict.fromkeys(run.mission.mission.targets):
-        if target not in run.seen and run.lookalikes(target):
-            yield target, f"{target} was never seen, although this world has it. {check}{more}"
+        if target not in reached and run.lookalikes(target):
+            seen = target in run.seen
+            what = "was seen, but not reached" if seen else "was never seen, although this world has it"
+            need = "more time" if seen else "more light, a nearer start, or more time"
+            more = f"If it finds nothing, give the mission {need} (time_limit_s, rounds)."
+            yield target, f"{target} {what}. {check} {more}"

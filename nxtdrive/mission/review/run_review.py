@@ -40,7 +40,7 @@ class RunReview:
             recognition.not_recognised,
             build.ports,
             sizes.StopsBeforeTarget(),
-            recognition.never_seen,
+            recognition.not_reached,
             build.motors,
         ]
 
