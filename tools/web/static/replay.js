@@ -52,7 +52,7 @@ function show(run) {
     find("clock").textContent = `${time.toFixed(1)} of ${player.duration.toFixed(1)} s`;
     if (time >= player.duration) pause();
   });
-  find("time").max = player.duration;
+  find("time").max = Math.ceil(player.duration * 10) / 10; // whole steps: else its end would be before that of the run
   find("decisions").replaceChildren(...player.decisions.map((t) => new Option("", t.toFixed(1))));
   find("time").addEventListener("input", () => player.seek(Number(find("time").value)));
   find("back").addEventListener("click", () => player.jump(-1));
