@@ -27,6 +27,7 @@ def replay_data(
         source: Returns the URL of a picture.
     """
     pictures, explanation = camera.pictures if camera else (), explain(run)
+    hints = [(run.records[-1].time_s, f"hint: {hint}") for hint in run.hints]
     return {
         "name": name,
         "mission": run.name,
@@ -35,7 +36,7 @@ def replay_data(
         "chart": chart(),
         "recoveries": recoveries(),
         "records": [record.values() for record in run.records],
-        "lines": [{"t": time_s, "text": text} for time_s, text in lines_of(run.records)],
+        "lines": [{"t": time_s, "text": text} for time_s, text in (*lines_of(run.records), *hints)],
         "decisions": explained(explanation),
         "pictures": [
             {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}

@@ -28,7 +28,9 @@ from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import looked
 from nxtdrive.recording.run_folder import RunFolder
+from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.web.app import STATIC
+from nxtdrive.tools.web.replay_data import replay_data
 from nxtdrive.tools.web.robot_shape import robot_shape
 from nxtdrive.tools.web.runs import Runs
 
@@ -101,6 +103,12 @@ def test_an_exported_page_needs_nothing_else(run, capsys):
     assert 'href="' not in page.replace('href="data:,"', "")
     assert 'from "./' not in page
     assert page.count("data:image/jpeg;base64,") == 3
+
+
+def test_the_hints_of_a_run_are_its_last_lines(run):
+    (run / "summary.json").write_text('{"hints": ["Measure the print."]}', encoding="utf-8")
+    data = replay_data("run-001", read_run(run), None, lambda _: "")
+    assert data["lines"][-1] == {"t": RECORDS[-1].time_s, "text": "hint: Measure the print."}
 
 
 @pytest.mark.parametrize(("tables", "yaw_deg"), [({}, 0.0), ({"camera": {"yaw_deg": 12.0, "forward_mm": 70.0}}, 12.0)])
