@@ -7,10 +7,11 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
-from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.errors import LinkTimeout, LocalProtocolError
 from nxtdrive.motion.motor import MotorSettings, Then
 from nxtdrive.motion.stall import STALL_S
 from sim_backend.firmware.motors.bench_motor import BenchMotor
+from sim_backend.link import LinkFaults
 
 FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])
 
@@ -175,10 +176,19 @@ def test_a_held_motor_comes_back(lab):
 @pytest.mark.parametrize("stall_s", [STALL_S, None])
 def test_a_motor_that_runs_takes_few_requests(lab, mocker, stall_s):
     room = lab()
+    link = room.brick.link
+    sent = mocker.spy(type(link.transport), "send")
+    link.use(link.transport)
     room.brick.motor("A", settings=MotorSettings(stall_s=stall_s)).run(300)
-    sent = mocker.spy(type(room.brick.link.transport), "send")
     room.brick.sleep(4)
-    assert sent.call_count <= 4 * 10
+    assert 4 < sent.call_count <= 4 * 10
+
+
+def test_a_motor_of_a_silent_brick_is_an_error_at_once(lab):
+    motor = lab(faults=LinkFaults(silent_ms=((0, 10**9),))).brick.motor("A", settings=MotorSettings(stall_s=None))
+    with pytest.raises(LinkTimeout):
+        motor.run(300)
+    assert motor.done
 
 
 def test_a_blocked_motor_is_a_stall_and_not_a_hang(lab):

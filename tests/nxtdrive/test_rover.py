@@ -88,6 +88,14 @@ def test_without_limits_of_acceleration_a_straight_takes_hardly_longer_than_at_f
     assert room.brick.now() - begun_s < 400 / settings.speed_mm_s + 1
 
 
+def test_acceleration_is_a_setting(lab):
+    room = lab()
+    rover = Rover(room.brick.link, safety=UNGUARDED, settings=DriveSettings(acceleration_mm_s2=100))
+    rover.straight(1000, wait=False)
+    room.brick.sleep(0.8)
+    assert 10 < room.simulation.truth.speed_mm_s < 100
+
+
 @LINKS
 @pytest.mark.parametrize("angle_deg", [90, -90])
 def test_a_curve_around_one_wheel_stops_that_wheel_first(lab, latency_ms, angle_deg):
@@ -423,6 +431,7 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
     "motion",
     [
         lambda rover: rover.straight(1e6),
+        lambda rover: rover.straight(100.0, 400.0),
         lambda rover: rover.turn(math.nan),
         lambda rover: rover.drive(math.inf, 0.0),
         lambda rover: rover.drive(100.0, math.nan),

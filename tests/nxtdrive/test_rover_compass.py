@@ -246,6 +246,17 @@ def test_a_compass_that_falls_out_leaves_the_wheels(lab, caplog):
     assert [record.levelname for record in caplog.records] == ["WARNING"]
 
 
+def test_a_program_that_listens_hears_of_a_compass_that_has_failed(lab):
+    room = lab(COMPASS)
+    rover, heard = equipped(room), []
+    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    rover.turn(30)
+    room.attach(2, None)
+    for _ in range(4):
+        rover.turn(30)
+    assert heard == [("compass", True)]
+
+
 def test_a_compass_whose_bus_hangs_leaves_the_wheels(lab, caplog):
     room = lab(COMPASS)
     rover = equipped(room)

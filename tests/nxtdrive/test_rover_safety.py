@@ -10,9 +10,9 @@ from firmware_protocol.direct import SetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickError, LinkTimeout, LocalProtocolError
 from nxtdrive.brick import Brick
-from nxtdrive.motion.rover import Rover, SafetyLimits
+from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.motion.sensor_health import SensorHealth
-from nxtdrive.sensors import Ultrasonic
+from nxtdrive.sensors import Touch, Ultrasonic
 from nxtdrive.sensors.port import SensorTimeout
 from sim_backend.devices import UltrasonicSensor
 
@@ -112,9 +112,46 @@ def test_the_last_echo_of_a_sonar_that_has_failed_is_forgotten(lab):
     assert rover.straight(100).stop is StopReason.DONE
 
 
-def test_a_sonar_that_fails_now_and_then_is_not_left_out(lab, mocker):
+def test_an_obstacle_that_has_come_since_the_last_motion_keeps_the_robot_from_starting(lab):
+    room = lab(latency_ms=150)
+    way_cm = [200]
+    room.attach(4, UltrasonicSensor(lambda: way_cm[0]))
+    rover = room.brick.rover()
+    assert rover.straight(100).stop is StopReason.DONE
+    way_cm[0] = 15
+    room.brick.sleep(0.5)
+    result = rover.straight(100)
+    assert (result.stop, result.distance_mm) == (StopReason.OBSTACLE, 0.0)
+
+
+def test_a_robot_on_the_way_brakes_if_its_next_motion_may_not_begin(lab):
     room = lab()
+    way_cm = [200]
+    room.attach(4, UltrasonicSensor(lambda: way_cm[0]))
+    rover = room.brick.rover(settings=DriveSettings(lease_s=5.0))
+    rover.drive(200, 0)
+    room.brick.sleep(1)
+    way_cm[0] = 15
+    assert rover.straight(500).stop is StopReason.OBSTACLE
+    refused_mm = room.simulation.truth.pose.x_mm
+    room.brick.sleep(1)
+    assert room.simulation.truth.pose.x_mm - refused_mm < 30
+
+
+def test_a_bumper_that_has_failed_is_not_pressed(lab, mocker):
+    room = lab("touch_port = 1\n")
     rover, heard = listening(room)
+    mocker.patch.object(Touch, "pressed", mocker.PropertyMock(side_effect=SensorTimeout("no answer.")))
+    for _ in range(3):
+        assert rover.touching() is False
+    assert heard == [("bumper", True)]
+    assert rover.straight(100).stop is StopReason.DONE
+
+
+@pytest.mark.parametrize("listens", [True, False])
+def test_a_sonar_that_fails_now_and_then_is_neither_left_out_nor_an_error(lab, mocker, listens):
+    room = lab()
+    rover, heard = listening(room) if listens else (room.brick.rover(), [])
     poll, calls = Ultrasonic.poll, count(1)
 
     def fail_sometimes(sonar):

@@ -154,10 +154,11 @@ def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
     rover = Rover(room.brick.link, ultrasonic=None, touch=None)
     for _ in range(20):
         rover.pose()
+        room.brick.sleep(0.1)
         begun = room.brick.now()
         rover.drive(100, 0)
         assert room.brick.now() == begun
-        room.brick.sleep(0.15)
+        room.brick.sleep(0.05)
 
 
 def test_standing_counts_from_when_the_wheel_was_commanded_or_last_turned():
