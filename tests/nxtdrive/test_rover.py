@@ -6,8 +6,8 @@ import re
 import pytest
 
 from behaviors.ports import Pose, StopReason
-from firmware_protocol.direct import ResetMotorPosition, SetInputMode
-from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
+from firmware_protocol.direct import ResetMotorPosition, SetInputMode, SetProperty
+from firmware_protocol.enums import InputPort, OutputPort, Property, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, LinkError, LinkLost, LinkTimeout, LocalProtocolError
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
@@ -88,12 +88,17 @@ def test_without_limits_of_acceleration_a_straight_takes_hardly_longer_than_at_f
     assert room.brick.now() - begun_s < 400 / settings.speed_mm_s + 1
 
 
-def test_acceleration_is_a_setting(lab):
+def test_accelerations_are_settings(lab):
     room = lab()
-    rover = Rover(room.brick.link, safety=UNGUARDED, settings=DriveSettings(acceleration_mm_s2=100))
-    rover.straight(1000, wait=False)
-    room.brick.sleep(0.8)
-    assert 10 < room.simulation.truth.speed_mm_s < 100
+    settings = DriveSettings(acceleration_mm_s2=100, turn_acceleration_deg_s2=50)
+    rover = Rover(room.brick.link, safety=UNGUARDED, settings=settings)
+    for begin in (lambda: rover.straight(1000, wait=False), lambda: rover.turn(360, wait=False)):
+        before, begun_s = room.simulation.truth.pose, room.brick.now()
+        motion = begin()
+        room.brick.sleep(1.0)
+        assert travelled(room, before) + room.simulation.truth.pose.heading_deg - before.heading_deg < 60
+        assert motion.join().done
+        assert room.brick.now() - begun_s < 9.0
 
 
 @LINKS
@@ -602,8 +607,11 @@ def test_too_fast_a_curve_is_driven_slower_and_is_the_same_curve(lab):
 def test_battery_and_keep_alive_pass_through(lab):
     room = lab()
     rover = room.brick.rover()
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (120_000).to_bytes(4, "little")))
     rover.keep_alive()
     assert rover.battery_mv() == room.brick.battery_v * 1000
+    room.brick.sleep(200)
+    assert not room.simulation.brick.powered_off
 
 
 def test_a_rover_with_small_wheels_drives_as_fast_as_they_allow(lab):

@@ -124,6 +124,17 @@ def test_an_obstacle_that_has_come_since_the_last_motion_keeps_the_robot_from_st
     assert (result.stop, result.distance_mm) == (StopReason.OBSTACLE, 0.0)
 
 
+def test_a_range_is_not_one_that_the_last_motion_left(lab):
+    room = lab()
+    way_cm = [200]
+    room.attach(4, UltrasonicSensor(lambda: way_cm[0]))
+    rover = room.brick.rover()
+    assert rover.straight(100).stop is StopReason.DONE
+    way_cm[0] = 50
+    room.brick.sleep(2)
+    assert rover.range_mm() == 500
+
+
 def test_a_robot_on_the_way_brakes_if_its_next_motion_may_not_begin(lab):
     room = lab()
     way_cm = [200]
