@@ -48,7 +48,6 @@ def _list_devices() -> str:
             done = subprocess.run(  # noqa: S603 - a constant command
                 command,
                 capture_output=True,
-                text=True,
                 errors="replace",
                 check=False,
                 timeout=COMMAND_TIMEOUT_S,

@@ -71,7 +71,7 @@ class StreamTransport(WallClock, ABC):
 
     def _drop_overdue(self) -> None:
         """Drop an incomplete telegram: otherwise the next one would be read as its rest."""
-        if self._frames.incomplete and self.now() - self._heard_at >= OVERDUE_S:
+        if self.now() - self._heard_at >= OVERDUE_S:
             self._frames.reset()
 
     def _drain(self) -> None:

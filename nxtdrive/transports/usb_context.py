@@ -22,9 +22,7 @@ class UsbContext(libusb1._LibUSB):  # type: ignore[misc] # pyusb has no types
 
     def enumerate_devices(self) -> Iterator[Any]:
         """Yield all devices on USB."""
-        listing = super().enumerate_devices()
-        found = list(listing)
-        listing.finalize()
+        found = list(super().enumerate_devices())
         self._devices += found
         return iter(found)
 

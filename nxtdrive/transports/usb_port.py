@@ -107,8 +107,7 @@ class UsbTransport(WallClock):
             device = _find(wanted, backend or _fresh_backend())
             try:
                 device.set_configuration()
-                usb.util.claim_interface(device, 0)
-                _discard_stale(device)
+                _discard_stale(device)  # pyusb claims the interface first
                 return cls(device, f"usb://{_serial_number(device)}", backend)
             except BaseException:
                 _release(device)

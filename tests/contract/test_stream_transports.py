@@ -1,5 +1,6 @@
 """Failures that only serial ports, TCP and Bluetooth have."""
 
+import contextlib
 import errno
 import os
 import re
@@ -8,6 +9,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 import tty
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
@@ -32,6 +34,7 @@ from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, fra
 from firmware_protocol.system import IOMapRead
 from nxtdrive.link.link import Link
 from nxtdrive.transports import open_transport
+from nxtdrive.transports.base import SURPLUS_LIMIT, drain
 from nxtdrive.transports.bluetooth import BluetoothTransport
 from nxtdrive.transports.nxt_server import NxtServerTransport, split_replies
 from nxtdrive.transports.sockets import SocketTransport
@@ -56,6 +59,24 @@ def test_a_port_is_held_by_one_program(terminal):
         open_transport(terminal)
     first.close()
     open_transport(terminal).close()
+
+
+def test_a_serial_port_is_read_no_longer_than_asked_and_without_a_busy_loop(terminal):
+    transport = open_transport(f"serial://{terminal}", timeout_s=PATIENCE_S)
+    begun_s, worked_s = transport.now(), time.process_time()
+    assert transport.receive(0.3) is None
+    assert transport.now() - begun_s < PATIENCE_S / 2
+    assert time.process_time() - worked_s < 0.15
+    transport.close()
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EIO, "gone"), TypeError()])
+@pytest.mark.parametrize("use", [lambda each: each.receive(0.0), lambda each: each.waiting()])
+def test_a_serial_port_that_is_gone_is_a_lost_link(mocker, use, error):
+    port = mocker.patch("serial.Serial").return_value
+    type(port).in_waiting = mocker.PropertyMock(side_effect=error)
+    with pytest.raises(LinkLost):
+        use(open_transport("serial://COM5"))
 
 
 def test_a_missing_port_means_no_brick():
@@ -90,7 +111,8 @@ def test_a_port_must_be_named():
 )
 def test_errors_of_the_operating_system_become_ours(mocker, error, ours):
     mocker.patch("serial.Serial", side_effect=error)
-    with pytest.raises(ours):
+    says = "there is no serial port" if "FileNotFound" in str(error) else "COM5"
+    with pytest.raises(ours, match=says):
         open_transport("serial://COM5")
 
 
@@ -121,9 +143,18 @@ def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker, 
     transport = open_transport("serial://COM5")
     with pytest.raises(LinkLost, match="accepts no more telegrams"):
         transport.send(b"\x00\x0b")
+    port.reset_output_buffer.assert_called_once()  # closing would wait until all is sent
     port.close.assert_called_once()
     with pytest.raises(LinkLost, match="is closed"):
         transport.send(b"\x00\x0b")
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EIO, "gone"), serial.SerialException("gone"), TypeError()])
+def test_a_telegram_that_a_serial_port_did_not_take_is_a_lost_link(mocker, error):
+    port = mocker.patch("serial.Serial").return_value
+    port.write.side_effect = error
+    with pytest.raises(LinkLost):
+        open_transport("serial://COM5").send(b"\x00\x0b")
 
 
 class Choking:
@@ -171,6 +202,23 @@ def test_a_connection_that_another_thread_closes_is_lost(connected, use):
         use(transport)
 
 
+def test_closing_gives_the_socket_back():
+    ours, theirs = socket.socketpair()
+    with theirs:
+        SocketTransport("tcp://peer", ours).close()
+        assert ours.fileno() == -1
+
+
+def test_a_telegram_waits_for_a_peer_that_is_slow_to_take_it(connected):
+    transport, peer = connected
+    with pytest.raises(LinkTimeout):
+        while True:  # until the buffers of the system are full
+            transport.send(TELEGRAM)
+    with ThreadPoolExecutor(1) as other:
+        other.submit(lambda: threading.Event().wait(0.2) or peer.recv(10**6))
+        transport.send(TELEGRAM)
+
+
 def test_closing_ends_the_wait_of_another_thread(connected, mocker):
     transport, _ = connected
     begun = threading.Event()
@@ -205,6 +253,18 @@ def test_a_peer_that_sends_invalid_data_without_end_is_not_read_without_end(conn
     transport._connection.read = lambda timeout_s: b"\xff" if next(seconds) < 1000 else pytest.fail("no end")
     with pytest.raises(RemoteProtocolError):
         transport.receive(0.0)
+
+
+def test_a_telegram_after_invalid_data_and_a_silence_is_received(connected):
+    """More of the invalid data arrives after the error was found; it would be read as the length of the telegram."""
+    transport, peer = connected
+    with ThreadPoolExecutor(1) as other:
+        peer.sendall(b"\xff\xff\xff")
+        other.submit(lambda: threading.Event().wait(0.03) or peer.sendall(b"\x40\x00"))
+        with pytest.raises(RemoteProtocolError):
+            transport.receive(PATIENCE_S)
+    peer.sendall(frame(TELEGRAM))
+    assert transport.receive(PATIENCE_S) == TELEGRAM
 
 
 def test_a_telegram_of_which_only_a_part_was_taken_is_followed_by_no_other(connected):
@@ -248,6 +308,10 @@ def test_a_lost_serial_port_says_why_in_the_words_of_the_system(mocker):
     port.read.side_effect = OSError(errno.EIO, os.strerror(errno.EIO))
     with pytest.raises(LinkLost, match=r"is lost: Input/output error\. Is the brick on"):
         open_transport("serial://COM5").receive(0.1)
+
+
+def test_surplus_telegrams_of_a_peer_that_never_stops_are_not_discarded_without_end(mocker):
+    assert drain(mocker.Mock(**{"receive.return_value": TELEGRAM})) == SURPLUS_LIMIT
 
 
 def test_a_missing_server_means_no_brick():
@@ -318,10 +382,44 @@ def test_a_bluetooth_brick_that_does_not_let_us_in(mocker, number, error):
         open_transport("bt://00:16:53:0A:1B:2C")
 
 
+@pytest.mark.parametrize(("timeout_s", "waited_s"), [(1.0, 10.0), (20.0, 20.0)])
+@pytest.mark.parametrize(("answer", "error"), [(None, BrickNotFound), (errno.EACCES, PermissionDenied), (0, None)])
+def test_a_bluetooth_brick_has_ten_seconds_to_answer(mocker, timeout_s, waited_s, answer, error):
+    connection = mocker.patch("socket.socket").return_value
+    connection.getsockopt.return_value = answer
+    mocker.patch("ctypes.CDLL").return_value.connect.return_value = -1
+    mocker.patch("ctypes.get_errno", return_value=errno.EINPROGRESS)
+    wait = mocker.patch("select.select", return_value=([], [] if answer is None else [connection], []))
+    with pytest.raises(error) if error else contextlib.nullcontext():
+        open_transport("bt://00:16:53:0A:1B:2C", timeout_s=timeout_s)
+    connection.setblocking.assert_called_with(False)
+    assert wait.call_args.args[3] == waited_s
+    assert connection.close.called == (error is not None)
+
+
+def test_ctrl_c_while_a_bluetooth_brick_is_awaited_closes_the_socket(mocker):
+    connection = mocker.patch("socket.socket").return_value
+    mocker.patch("ctypes.CDLL").return_value.connect.return_value = -1
+    mocker.patch("ctypes.get_errno", return_value=errno.EINPROGRESS)
+    mocker.patch("select.select", side_effect=KeyboardInterrupt)
+    with pytest.raises(KeyboardInterrupt):
+        open_transport("bt://00:16:53:0A:1B:2C")
+    connection.close.assert_called_once()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere Python's own connect is called")
+def test_what_the_system_says_of_a_bluetooth_connection_is_the_error(mocker):
+    ours, theirs = socket.socketpair()
+    mocker.patch("socket.socket", return_value=ours)
+    with theirs, pytest.raises(BrickNotFound, match="does not answer"):
+        open_transport("bt://00:16:53:0A:1B:2C")
+
+
 def test_a_bluetooth_brick_is_asked_for_by_its_bytes_in_reverse(mocker):
     mocker.patch("socket.socket")
     library = mocker.patch("ctypes.CDLL").return_value
     library.connect.return_value = 0
+    mocker.patch("ctypes.get_errno", return_value=errno.EBUSY)  # of an earlier call
     transport = open_transport("bt://00:16:53:0a:1b:2c")
     assert isinstance(transport, BluetoothTransport)
     target = library.connect.call_args.args[1]._obj
@@ -340,6 +438,7 @@ def on_windows(monkeypatch, mocker):
 def test_on_windows_python_s_own_bluetooth_is_used(on_windows):
     transport = open_transport("bt://00:16:53:0a:1b:2c")
     on_windows.assert_called_once_with(32, socket.SOCK_STREAM, 3)
+    on_windows.return_value.settimeout.assert_any_call(10.0)
     on_windows.return_value.connect.assert_called_once_with(("00:16:53:0A:1B:2C", 1))
     on_windows.return_value.send.side_effect = len
     transport.send(b"\x00\x0b")

@@ -1,7 +1,9 @@
 """Failures that only USB has. The bus is in conftest.py; pyusb above it is real."""
 
+import ctypes
 import errno
 import sys
+from types import SimpleNamespace
 
 import pytest
 import usb.backend.libusb1
@@ -22,6 +24,7 @@ from firmware_protocol.iomap import COMMAND
 from nxtdrive.brick import Brick
 from nxtdrive.transports import usb_port
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.usb_context import UsbContext
 from nxtdrive.transports.usb_port import UsbTransport, lego_devices
 
 BATTERY = GetBatteryLevel().encode()
@@ -229,12 +232,78 @@ def test_a_telegram_too_long_for_a_packet_is_not_sent(usb_bus):
 def test_every_search_has_a_libusb_context_of_its_own(mocker):
     """One that was made before the brick was plugged in again may never see it."""
     find = mocker.patch("usb.core.find", return_value=[])
+    with pytest.raises(BrickNotFound):
+        open_usb(None)
+    assert UsbTransport.discover() == lego_devices() == []
+    assert len({call.kwargs["backend"].ctx.value for call in find.call_args_list}) == 3
+
+
+class Libusb:
+    """The library in C, with two devices on the bus; notes what is called, and with what."""
+
+    def __init__(self):
+        self.calls = []
+        self.devices = (ctypes.c_void_p * 2)(11, 12)
+
+    def libusb_init(self, context):
+        context._obj.value = 1
+        return 0
+
+    def libusb_get_device_list(self, context, listing):
+        listing._obj.contents = ctypes.c_void_p.from_buffer(self.devices)
+        return len(self.devices)
+
+    def libusb_ref_device(self, device):
+        return device
+
+    def libusb_open(self, device, handle):
+        handle._obj.value = device
+        return 0
+
+    def __getattr__(self, name):
+        return lambda *args: self.calls.append((name.removeprefix("libusb_"), getattr(args[0], "value", args[0]))) or 0
+
+
+@pytest.fixture
+def libusb(monkeypatch):
+    """The library in the place of the real one."""
+    library = Libusb()
+    monkeypatch.setattr(usb.backend.libusb1, "_lib", library)
+    return library
+
+
+def test_a_libusb_context_ends_after_its_handles_and_devices(libusb):
+    """libusb crashes otherwise."""
+    context = UsbContext(libusb)
+    devices = list(context.enumerate_devices())
+    assert [name for name, _ in libusb.calls] == ["free_device_list"]
+    handles = [context.open_device(device) for device in devices]
+    context.finalize()
+    ended = libusb.calls[1:]
+    assert sorted(ended[:2]) == [("close", 11), ("close", 12)]
+    assert sorted(ended[2:4]) == [("unref_device", 11), ("unref_device", 12)]
+    assert ended[4:] == [("exit", 1)]
+    del devices, handles
+
+
+def test_a_usb_handle_is_closed_once_and_not_used_afterwards(libusb):
+    context = UsbContext(libusb)
+    handle = context.open_device(next(context.enumerate_devices()))
+    libusb.calls.clear()
     for _ in range(2):
-        with pytest.raises(BrickNotFound):
-            open_usb(None)
-    first, second = (call.kwargs["backend"] for call in find.call_args_list)
-    assert first is not second
-    assert first.ctx.value != second.ctx.value
+        context.release_interface(handle, 0)
+        context.close_device(handle)
+    assert libusb.calls == [("release_interface", 11), ("close", 11)]
+    context.finalize()
+    assert ("close", 11) not in libusb.calls[2:]
+
+
+def test_lego_s_devices_and_bricks_without_a_firmware_are_listed_and_no_others(usb_bus, mocker):
+    find = mocker.patch("usb.core.find", return_value=[])
+    assert lego_devices(usb_bus()) == []
+    ids = ((0x0694, 0x0002), (0x0694, 0x0005), (0x03EB, 0x6124), (0x03EB, 0x0002), (0x046D, 0x6124))
+    listed = [find.call_args.kwargs["custom_match"](SimpleNamespace(idVendor=v, idProduct=p)) for v, p in ids]
+    assert listed == [True, True, True, False, False]
 
 
 def test_closing_gives_the_device_back(usb_bus):

@@ -56,13 +56,21 @@ def test_a_tool_that_cannot_be_run_is_an_error_with_a_remedy(bluetoothctl, monke
     assert raised.value.remedy
 
 
+def test_other_systems_list_no_paired_bricks(bluetoothctl, monkeypatch):
+    bluetoothctl("echo Device 00:16:53:0A:1B:2C NXT")
+    monkeypatch.setattr(sys, "platform", "darwin")
+    assert paired_bricks() == {}
+
+
 def test_nothing_is_asked_without_an_adapter_or_the_command(bluetoothctl, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path / "programs"))
     with pytest.raises(LinkError, match="bluetoothctl is not installed"):
         paired_bricks()
-    monkeypatch.setattr(pairing, "ADAPTERS", tmp_path / "none")
-    with pytest.raises(LinkError, match="no Bluetooth adapter"):
-        paired_bricks()
+    (tmp_path / "empty").mkdir()
+    for without in ("none", "empty"):
+        monkeypatch.setattr(pairing, "ADAPTERS", tmp_path / without)
+        with pytest.raises(LinkError, match="no Bluetooth adapter"):
+            paired_bricks()
 
 
 # --- the real bluetoothctl ---
