@@ -64,7 +64,7 @@ class StreamTransport(WallClock, ABC):
     def waiting(self) -> bool:
         """Read what has arrived, and return whether there is anything."""
         self._check_open()
-        if not self._frames.incomplete and (data := self._read_arrived()):
+        if data := self._read_arrived():
             self._frames.feed(data)
             self._heard_at = self.now()
         return self._frames.incomplete > 0

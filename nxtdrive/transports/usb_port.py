@@ -182,7 +182,7 @@ class UsbTransport(WallClock):
 def _fresh_backend() -> IBackend:
     backend = libusb1.get_backend(find_library=_libusb)
     if backend is None:
-        raise _no_libusb()
+        raise BrickNotFound("USB cannot be searched: this computer has no libusb.", remedy=_NO_LIBUSB)
     if not isinstance(backend, libusb1._LibUSB):  # replaced by another bus, e.g. that of `nxtdrive sim exec`
         return backend
     return UsbContext(libusb1._lib)
@@ -264,10 +264,6 @@ def _discard_stale(device: Device) -> None:
             device.clear_halt(ENDPOINT_IN)
 
 
-def _no_libusb() -> BrickNotFound:
-    return BrickNotFound("USB cannot be searched: this computer has no libusb.", remedy=_NO_LIBUSB)
-
-
 def _not_allowed() -> PermissionDenied:
     return PermissionDenied("this user may not open the brick on USB.", remedy=usb_remedy())
 
@@ -277,8 +273,6 @@ def _translated(address: str) -> Iterator[None]:
     """Translate exceptions of pyusb to the driver's own."""
     try:
         yield
-    except usb.core.NoBackendError as error:
-        raise _no_libusb() from error
     except NotImplementedError as error:  # pyusb's translation of LIBUSB_ERROR_NOT_SUPPORTED
         raise LinkError(
             f"{address}: another driver has the brick ({error}).",

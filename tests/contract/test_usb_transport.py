@@ -300,7 +300,8 @@ def test_a_usb_handle_is_closed_once_and_not_used_afterwards(libusb):
 
 def test_lego_s_devices_and_bricks_without_a_firmware_are_listed_and_no_others(usb_bus, mocker):
     find = mocker.patch("usb.core.find", return_value=[])
-    assert lego_devices(usb_bus()) == []
+    find.return_value = [SimpleNamespace(idVendor=0x0694, idProduct=0x0005, product="EV3")]
+    assert lego_devices(usb_bus()) == [(0x0694, 0x0005, "EV3")]
     ids = ((0x0694, 0x0002), (0x0694, 0x0005), (0x03EB, 0x6124), (0x03EB, 0x0002), (0x046D, 0x6124))
     listed = [find.call_args.kwargs["custom_match"](SimpleNamespace(idVendor=v, idProduct=p)) for v, p in ids]
     assert listed == [True, True, True, False, False]

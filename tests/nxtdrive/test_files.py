@@ -194,13 +194,21 @@ def test_deleting_makes_room(files):
         files.delete("data.bin")
 
 
+@pytest.mark.parametrize("name", ["a", "a" * 15 + ".txt"])
+def test_names_have_one_to_nineteen_characters(files, name):
+    files.write(name, b"x")
+    assert files.read(name) == b"x"
+
+
 def test_a_file_that_is_not_there(files):
     assert not files.exists("data.bin")
     with pytest.raises(BrickError, match="file not found"):
         files.read("data.bin")
 
 
-@pytest.mark.parametrize("name", ["", "a" * 20, "a*.txt", "*.*", "wh?t", "tab\t.txt", "a/b", "ü.txt", "nul\0.txt"])
+@pytest.mark.parametrize(
+    "name", ["", "a" * 20, "a*.txt", "*.*", "wh?t", "tab\t.txt", "a/b", "ü.txt", "nul\0.txt", 5, None]
+)
 @pytest.mark.parametrize("operation", ["read", "delete", "exists", "write"])
 def test_bad_names_never_leave_the_computer(direct, name, operation):
     with Brick(direct) as brick, pytest.raises(LocalProtocolError, match="name"):
