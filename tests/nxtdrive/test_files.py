@@ -62,6 +62,78 @@ def watched():
         yield brick, transport
 
 
+class Damaging(SimTransport):
+    """Changes the replies to one command.
+
+    Attributes:
+        damages: What a reply of this opcode becomes.
+    """
+
+    damages = None, lambda reply: reply
+
+    def receive(self, timeout_s):
+        reply = super().receive(timeout_s)
+        opcode, damage = self.damages
+        return damage(reply) if reply is not None and reply[1] == opcode else reply
+
+
+@pytest.fixture
+def damaged():
+    """A brick with a file of 100 bytes, and the transport to it that changes replies."""
+    transport = Damaging(Simulation("open"))
+    with Brick(transport) as brick:
+        brick.files.write("data.bin", bytes(range(100)))
+        yield brick.files, transport
+
+
+def shorter_piece(reply):
+    """A Read reply of which the last byte was lost."""
+    return reply[:-1]
+
+
+def other_name(reply):
+    """A FindFirst reply of another file."""
+    return reply.replace(b"data.bin", b"date.bin")
+
+
+def other_size(reply):
+    """A FindFirst reply of a file with a byte less."""
+    return reply[:-4] + (int.from_bytes(reply[-4:], "little") - 1).to_bytes(4, "little")
+
+
+@pytest.mark.parametrize(
+    ("command", "damage", "work"),
+    [
+        (Read, shorter_piece, lambda files: files.read("data.bin")),
+        (FindFirst, other_name, lambda files: files.exists("data.bin")),
+        (FindFirst, other_size, lambda files: files.read("data.bin")),
+        (FindFirst, other_size, lambda files: files.write("data.bin", bytes(50), replace=True)),
+    ],
+)
+def test_what_does_not_belong_together_is_an_error_and_not_data(damaged, command, damage, work):
+    files, transport = damaged
+    transport.damages = command.opcode, damage
+    with pytest.raises(RemoteProtocolError):
+        work(files)
+
+
+def test_a_refusal_other_than_that_there_is_no_file_is_not_an_empty_list(watched):
+    brick, _ = watched
+    brick.files.write("data.bin", b"x")
+    for _ in range(HANDLES):
+        brick.request(OpenRead("data.bin"))
+    for work in (brick.files.ls, lambda: brick.files.exists("data.bin")):
+        with pytest.raises(BrickError) as caught:
+            work()
+        assert caught.value.status is Status.NO_MORE_HANDLES
+
+
+def test_a_file_for_which_there_is_no_room_is_not_taken_for_one_that_is_being_written(files):
+    with pytest.raises(BrickError) as caught:
+        files.write("big.bin", bytes(files.free_bytes + 1))
+    assert caught.value.status is Status.NO_SPACE
+
+
 class Radio:
     """A simulated brick at the other end of a stream, without any way between."""
 
