@@ -129,21 +129,19 @@ def _joiner(data: Data, target: int, sources: Sequence[int]) -> Callable[[], Non
     quick, pool, end, less = resize.quick, data.memory.pool, len(data.memory.pool), len(sources) - 1
 
     def join() -> None:
-        length, is_empty = -less, False
+        length = -less
         for find in finders:
-            size = find()[1]
-            length += size
-            is_empty = is_empty or not size
+            length += find()[1]
         length &= 0xFFFF
         to = quick(length)
         if to < 0:
             to = resize.slow(length)
         if not length:
             return
-        if is_empty:  # the firmware overwrites its memory
-            raise ProgramError(ERR_ARG, "a text without a closing zero")
         for find in finders:
             at, size = find()
+            if not size:  # the firmware overwrites its memory
+                raise ProgramError(ERR_ARG, "a text without a closing zero")
             following = to + size - 1
             if following >= end or at + size > end:
                 raise OutOfMemory("outside of the memory")
