@@ -133,7 +133,7 @@ def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
         count = data.array(source).length if all_ else 1
         if all_ and copies and aggregates.same_integers(data, target.entry + 1, source.entry + 1):
             own = data.array(target)
-            data.memory.write(own.offset + number * own.element, data.memory.bytes_of(data.index(source)))
+            data.memory.write(own.offset + number * own.element & 0xFFFF, data.memory.bytes_of(data.index(source)))
         else:
             for i in range(count):
                 part = _element(source, data.array(source), i) if all_ else source

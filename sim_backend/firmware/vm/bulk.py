@@ -99,7 +99,7 @@ def source(data: Data, place: Place, target: Row) -> Row | None:
     kind = data.kind(place.entry)
     if kind not in SCALARS or place.entry >= data.first_field:
         return None
-    number = Row(data.memory.base + (data.address(place) & 0xFFFF), 1, kind, single=True)
+    number = Row(data.memory.base + data.address(place), 1, kind, single=True)
     return None if target.overlaps(number.at, number.size) else number
 
 

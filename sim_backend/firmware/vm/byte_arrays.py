@@ -48,7 +48,7 @@ def finder(array: ByteArray) -> Finder:
     """Return a function for the place of an array."""
     memory, pool, base = array.memory, array.memory.pool, array.memory.base
     if not array.is_array:
-        at = base + (array.address & 0xFFFF)
+        at = base + array.address
         return lambda: (at, memory.array(array.number()).length)
     variable, index, descriptor = base + array.address, INDEX.unpack_from, DESCRIPTOR.unpack_from
 

@@ -24,8 +24,10 @@ NONE = 0xFFFF
 FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
 """First argument that is a field of a port, where there are such arguments, and where there are none."""
 
+_OFFSET = 0xFFFF
+"""Bits of an offset in an array."""
 _NO_TYPE = 0xFF
-_ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
+_ERASED = Variable(_NO_TYPE, first_zero=False, data=-1)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
 """The entries that the firmware reads past the end of the table: beyond the file, and beyond the flash memory."""
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
@@ -81,7 +83,7 @@ class Data:
 
     def __init__(self, memory: Memory, fields: Fields, first_field: int, wide: Sequence[int]) -> None:
         self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
-        self.variables, self._flash_entries = memory.program.variables, memory.program.flash_entries
+        self.variables, self._flash_entries = _placed(memory), memory.program.flash_entries
         self._finders: dict[int, Finder] = {}
         self._element_sizes: dict[int, int] = {}
         self._inner: dict[int, list[int]] = {}
@@ -108,15 +110,14 @@ class Data:
 
     def address(self, place: Place) -> int:
         """Return the offset of a scalar, or of the number of an array's descriptor."""
-        entry = self.entry(place.entry)
-        return place.offset if entry is _ERASED else entry.data + place.offset
+        return self.entry(place.entry).data + (place.offset & _OFFSET)
 
     def get(self, argument: int, offset: int = 0) -> Number:
         """Return the value of a scalar: an int, or a float of single precision; 0 for anything else."""
         if argument >= self.first_field:
             return self.fields.get_field(argument)
         kind, _, at = self.entry(argument)
-        return self.memory.load(kind, at + offset) if kind in SCALARS else 0
+        return self.memory.load(kind, at + (offset & _OFFSET)) if kind in SCALARS else 0
 
     def put(self, argument: int, value: float, offset: int = 0) -> None:
         """Set a scalar, nothing else; numbers are converted to its type."""
@@ -126,7 +127,7 @@ class Data:
         if argument >= self.first_field:
             self.fields.put_field(argument, int(value))
         elif kind in SCALARS:
-            self.memory.store(kind, self.entry(argument).data + offset, value)
+            self.memory.store(kind, self.entry(argument).data + (offset & _OFFSET), value)
 
     def whole(self, value: float, kind: int) -> int:
         """Return the bits that a float is stored as in an integer of a type, at least as many as that has."""
@@ -277,7 +278,7 @@ class Data:
     def _allocate(self, outer: int, i: int, inner: Place) -> None:
         new = self.memory.new_array(self.element_size(inner.entry + 1))
         array = self.memory.array(outer)  # a new descriptor may have moved it
-        slot = self.address(inner) + array.offset + i * array.element
+        slot = self.address(inner._replace(offset=array.offset + i * array.element))
         self.memory.store(Type.UWORD, slot, new)
         if not self.memory.doubly_linked:
             self.memory.describe(new, self.memory.array(new)._replace(back=slot))
@@ -324,7 +325,7 @@ class Data:
     def numbers_of(self, place: Place) -> bytes:
         """Return the stored bytes of an array of numbers."""
         array = self.array(place)
-        return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & 0xFFFF)
+        return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & _OFFSET)
 
     def set_bytes(self, argument: int, content: bytes | bytearray) -> None:
         """Set an array variable of bytes.
@@ -337,6 +338,16 @@ class Data:
     def text(self, argument: int) -> bytes:
         """Return the bytes of a text before its closing zero."""
         return self.bytes_of(argument).split(b"\0")[0]
+
+
+def _placed(memory: Memory) -> tuple[Variable, ...]:
+    """Return the variable table with offsets as `Memory` takes them; the number of members of a cluster stays."""
+    variables = memory.program.variables
+    if all(memory.signed(entry.data) == entry.data for entry in variables):
+        return variables
+    return tuple(
+        entry if entry.type == Type.CLUSTER else entry._replace(data=memory.signed(entry.data)) for entry in variables
+    )
 
 
 def truncated(value: float) -> int:

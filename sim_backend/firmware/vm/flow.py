@@ -140,7 +140,7 @@ def _acquire(machine: Machine, instruction: Instruction) -> Next:
 
     def run() -> int:
         at = data.entry(mutex).data
-        owner, number = base + (at & 0xFFFF), machine.queue.first
+        owner, number = base + at, machine.queue.first
         if pool[owner] == NO_CLUMP:
             pool[owner] = number
             return following
@@ -164,7 +164,7 @@ def _release(machine: Machine, instruction: Instruction) -> Next:
 def _hand_over(machine: Machine, mutex: int) -> bool:
     """Give a mutex to the first clump that waits for it; return whether there is one."""
     waiting, memory = _waiting(machine, mutex), machine.memory
-    memory.pool[memory.base + (mutex & 0xFFFF)] = number = waiting.first
+    memory.pool[memory.base + mutex] = number = waiting.first
     if number == NO_CLUMP:
         return False
     waiting.remove(number)
@@ -182,19 +182,19 @@ def end_clump(machine: Machine, number: int) -> None:
     """End a clump wherever it is, after its mutexes have been given to the clumps that wait for them."""
     memory, mutexes = machine.memory, _mutexes(machine)
     for mutex in mutexes:
-        if memory.pool[memory.base + (mutex & 0xFFFF)] == number:
+        if memory.pool[memory.base + mutex] == number:
             _hand_over(machine, mutex)
     machine.halt(number, [_waiting(machine, mutex) for mutex in mutexes])
 
 
 def _mutexes(machine: Machine) -> list[int]:
-    program = machine.program
-    return [entry.data for entry in program.variables[: program.header.variables] if entry.type == Type.MUTEX]
+    table = machine.data.variables[: machine.program.header.variables]
+    return [entry.data for entry in table if entry.type == Type.MUTEX]
 
 
 def _waiting(machine: Machine, mutex: int) -> ClumpQueue:
-    """Return the queue of a mutex, after its owner; that of a mutex at the last offset is at the first ones."""
-    return machine.queue_at(machine.memory.pool, machine.memory.base + (mutex + 1 & 0xFFFF))
+    """Return the queue of a mutex, after its owner."""
+    return machine.queue_at(machine.memory.pool, machine.memory.base + mutex + 1)
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:

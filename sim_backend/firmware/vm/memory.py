@@ -27,10 +27,8 @@ _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
 instruction of a damaged program, whose arrays contain themselves, is aborted; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
-_OFFSET = 0xFFFF
-"""Bits of an offset, and of the size of an array."""
-_TAKEN = 0xDE
-"""What is at the place after the pool to which entries beyond the file lead: neither a clump nor a free mutex."""
+_OFFSET, _OFFSETS = 0xFFFF, 0x1_0000
+"""Bits of an offset, and of the size of an array; number of offsets."""
 _AFTER_POOL = 0xA0000
 """Bytes of memory after the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
@@ -104,10 +102,9 @@ class Memory:
         """
         if self.base + self.end > POOL_SIZE:
             raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
-        self.pool[self.base + _OFFSET] = _TAKEN
         self.program.check()
         for offset, data in self.program.initial_values():
-            self.write(offset, data)
+            self.write(self.signed(offset), data)
         if self.doubly_linked:
             previous = NO_ARRAY
             for index in self._list():
@@ -159,13 +156,20 @@ class Memory:
         """Allow the work that a pass has time for."""
         self.work_left = _WORK if self.work_left >= 0 else self.work_left + _WORK
 
+    def signed(self, offset: int) -> int:
+        """Return the offset of a variable: those from 8000 hex on count from the end, so they lead to the records.
+
+        The memory in front of the pool is not simulated: an offset that leads there stays as it is.
+        """
+        return offset - _OFFSETS if offset >= _OFFSETS - self.base else offset
+
     def load(self, kind: int, offset: int) -> Number:
         """Return the scalar at `offset`.
 
         Raises:
             struct.error: It is outside of the pool.
         """
-        value: Number = SCALARS[kind].unpack_from(self.pool, self.base + (offset & _OFFSET))[0]
+        value: Number = SCALARS[kind].unpack_from(self.pool, self.base + offset)[0]
         return value
 
     def store(self, kind: int, offset: int, value: float) -> None:
@@ -181,7 +185,7 @@ class Memory:
             value = int(value) & (1 << bits) - 1
             if kind in SIGNED and value >> (bits - 1):
                 value -= 1 << bits
-        SCALARS[kind].pack_into(self.pool, self.base + (offset & _OFFSET), value)
+        SCALARS[kind].pack_into(self.pool, self.base + offset, value)
 
     def read(self, offset: int, size: int) -> bytes:
         """Return the bytes at `offset`.
@@ -189,7 +193,7 @@ class Memory:
         Raises:
             OutOfMemory: They are outside of the pool.
         """
-        start = self.base + (offset & _OFFSET)
+        start = self.base + offset
         if size and start + size > len(self.pool):
             raise OutOfMemory("outside of the memory")
         self.spend(size // BYTES_PER_ACCESS)
@@ -201,7 +205,7 @@ class Memory:
         Raises:
             OutOfMemory: They are outside of the pool.
         """
-        start = self.base + (offset & _OFFSET)
+        start = self.base + offset
         if data:
             if start + len(data) > len(self.pool):
                 raise OutOfMemory("outside of the memory")
@@ -209,7 +213,7 @@ class Memory:
 
     def index(self, offset: int) -> int:
         """Return the number of the descriptor of the array at `offset`."""
-        return int(INDEX.unpack_from(self.pool, self.base + (offset & _OFFSET))[0])
+        return int(INDEX.unpack_from(self.pool, self.base + offset)[0])
 
     def array(self, index: int) -> Array:
         """Return the descriptor of an array.

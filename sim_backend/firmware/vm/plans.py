@@ -136,7 +136,7 @@ def element_reader(data: Data, array: int) -> Callable[[int], Number]:
         number &= 0xFFFF
         if number >= length:
             raise ProgramError(ERR_ARG, f"an array has no element {number}")
-        value: Number = unpack(pool, base + (first + offset + number * element & 0xFFFF))[0]
+        value: Number = unpack(pool, base + first + (offset + number * element & 0xFFFF))[0]
         return value
 
     return read
@@ -154,7 +154,7 @@ def element_writer(data: Data, array: int) -> Callable[[int, int], None]:
         offset, element, length, _, _ = descriptor(pool, found)
         number &= 0xFFFF
         if number < length:
-            pack(pool, base + (first + offset + number * element & 0xFFFF), value & mask)
+            pack(pool, base + first + (offset + number * element & 0xFFFF), value & mask)
 
     return write
 

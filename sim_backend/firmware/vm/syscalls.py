@@ -50,7 +50,7 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
     if function is None or name >= machine.dialect.system_calls:
         raise ProgramError(ERR_INSTR, f"system call {name} is not known")
     data = machine.data
-    count = data.entry(cluster).data
+    count = data.entry(cluster).data & 0xFFFF
     if count > MOST_ARGUMENTS:
         raise ProgramError(ERR_INSTR, "a system call with too many arguments")
     types = {**CALL_TYPES, **ENHANCED_CALL_TYPES} if machine.dialect.enhanced_calls else CALL_TYPES
