@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
 from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder, Resizer
-from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NO_ARRAY, NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
@@ -144,7 +144,7 @@ class Data:
 
     def index(self, place: Place) -> int:
         """Return the number of the descriptor of an array, or what is stored where that of an array would be."""
-        return NO_ARRAY if self.entry(place.entry) is _ERASED else self.memory.index(self.address(place))
+        return self.memory.index(self.address(place))
 
     def index_of(self, argument: int) -> int:
         """Return the number of the descriptor of an array variable."""

@@ -27,6 +27,8 @@ _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
 instruction of a damaged program, whose arrays contain themselves, is aborted; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
+_MOST_ADDED = 200
+"""Most free descriptors that the start of a program adds."""
 _OFFSET, _OFFSETS = 0xFFFF, 0x1_0000
 """Bits of an offset, and of the size of an array; number of offsets."""
 _AFTER_POOL = 0xA0000
@@ -115,7 +117,7 @@ class Memory:
         full = None
         if self.doubly_linked:
             try:
-                self._grow_descriptors(self.array(0).length // 2, may_compact=False)
+                self._grow_descriptors(min(self.array(0).length // 2, _MOST_ADDED), may_compact=False)
             except OutOfMemory as error:
                 full = error
         self._verify()
@@ -294,7 +296,7 @@ class Memory:
         if count == array.length:
             return
         size = array.element * count & _OFFSET
-        if count > array.length and size > self._room(array):
+        if count > array.length and (array.offset == NOT_AN_OFFSET or size > self._room(array)):
             offset = self._allocate(size, may_compact=False)
             old = self.read(array.offset, array.size)
             self.write(offset, old)
@@ -307,12 +309,10 @@ class Memory:
         INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
-        """Return the bytes from an array to the next one, or to the end of what is used; 0 if it has no memory.
+        """Return the bytes from an array to the next one, or to the end of what is used.
 
         The difference has 16 bits: in a damaged list, an array has room up to one that is in front of it.
         """
-        if array.offset == NOT_AN_OFFSET:
-            return 0
         end = self.end if array.link == NO_ARRAY else self.array(array.link).offset
         return end - array.offset & _OFFSET
 
