@@ -26,7 +26,7 @@ class Mailboxes:
         self._memory = memory
         self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES + 1)]
 
-    def write(self, box: int, message: bytes) -> bool:
+    def write(self, box: int, message: bytes | memoryview) -> bool:
         """Append a message to a queue; return whether that dropped the oldest one.
 
         In a full pool all arrays move together, once for the descriptors and the bytes of the message.

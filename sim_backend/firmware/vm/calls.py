@@ -88,6 +88,13 @@ class Call:
         memory.spend(len(content) // BYTES_PER_ACCESS)
         return bytes(content)
 
+    def live(self, position: int) -> memoryview:
+        """Return the place in the pool of the stored bytes of an array: none if the argument is missing."""
+        memory = self._data.memory
+        array = self._array(position) if self.members[position] != NONE else Array(0, 0, 0, 0, 0)
+        memory.spend(array.length // BYTES_PER_ACCESS)
+        return memoryview(memory.pool)[memory.base + array.offset :][: array.length]
+
     def text(self, position: int) -> bytes:
         """Return the bytes of a text before the next zero, even past its end; none of an array without memory."""
         if self.members[position] == NONE:

@@ -321,8 +321,8 @@ class Memory:
         array = self.array(index)
         return self.read(array.offset, array.size)
 
-    def set_bytes(self, index: int, data: bytes, *, may_compact: bool = True) -> None:
-        """Store the bytes of an array and set its length.
+    def set_bytes(self, index: int, data: bytes | memoryview, *, may_compact: bool = True) -> None:
+        """Set the length of an array and store its bytes; those in the pool are read only then.
 
         Raises:
             OutOfMemory: There is no room.
@@ -330,7 +330,7 @@ class Memory:
         element = self.array(index).element or 1
         count = len(data) // element
         self.resize(index, count, may_compact=may_compact)
-        self.write(self.array(index).offset, data[: count * element])
+        self.write(self.array(index).offset, bytes(data[: count * element]))
 
     def _grow_descriptors(self, more: int, *, may_compact: bool = True) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""

@@ -19,7 +19,7 @@ def _write(call: Call) -> None:
     Raises:
         OutOfMemory: The pool is full, which ends the program.
     """
-    box, message = call.number(1), call.content(2)
+    box, message = call.number(1), call.live(2)
     if box >= MAILBOXES:
         call.put(0, Status.ILLEGAL_MAILBOX)
     elif len(message) > MESSAGE_LIMIT:

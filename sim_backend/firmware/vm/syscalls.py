@@ -257,7 +257,7 @@ def _log(call: Call) -> None:
     Raises:
         OutOfMemory: The pool is full, which ends the program.
     """
-    record = call.content(1)
+    record = call.live(1)
     if len(record) > RECORD_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
         return
