@@ -134,8 +134,9 @@ class Simulation:
         return self._now_ms / 1000.0
 
     def motors_turn(self) -> bool:
-        """Return whether the brick gives power to a motor that is to turn."""
-        return any(output.control.actual_speed for output in self.brick.output.outputs)
+        """Return whether a motor is to turn; the regulator gives it power up to 100 ms later."""
+        controls = [output.control for output in self.brick.output.outputs]
+        return any(control.actual_speed or control.target_speed for control in controls)
 
     def advance(self, duration_ms: int) -> None:
         """Advance the simulation; must not be called from an action or a frame callback.

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from nxtdrive.brick import Brick
+from nxtdrive.transports.sim import SimTransport
 from nxtdrive.transports.sleep_warning import SleepWarning, Usage
+from sim_backend.simulation import Simulation
 
 SLEEP = Usage(wall_s=0.15, busy_s=0.001, waits=1, preempted=0)
 
@@ -57,6 +60,18 @@ def test_a_sleep_while_the_robot_stands_is_no_mistake():
 )
 def test_a_pause_that_need_not_be_a_sleep_is_not_warned_of(pause):
     assert _Program().warnings_of([pause] * 99) == []
+
+
+def test_a_motor_moves_from_its_command_on():
+    """A program that sleeps right after `run` is warned, although the regulator gives no power for 100 ms."""
+    simulation = Simulation("open")
+    with Brick(SimTransport(simulation)) as brick:
+        motor = brick.motor("A")
+        motor.run(300)
+        assert simulation.motors_turn()
+        motor.stop()
+        brick.sleep(0.1)
+        assert not simulation.motors_turn()
 
 
 # Another program can take the processor during a sleep, which then does not count: it sleeps until it is warned.
