@@ -34,6 +34,7 @@ from nxtdrive.signals import SIGNALLED, ignore_signals, signals_as_interrupt
 if TYPE_CHECKING:
     from io import TextIOWrapper
 
+PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend")
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes, as `_EPILOG` and the README explain them."""
 
@@ -236,9 +237,9 @@ def _recorded(address: str, trace: Path, arguments: Sequence[str]) -> str:
 def _log(*, verbose: bool) -> None:
     """Send log messages to standard error; those of libraries only from warnings on."""
     handler = logging.StreamHandler()
-    handler.setFormatter(_LogFormatter("%(name)s: %(message)s"))
+    handler.setFormatter(_LogFormatter(verbose=verbose))
     logging.basicConfig(handlers=[handler])
-    for package in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
+    for package in PACKAGES:
         logging.getLogger(package).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
@@ -336,11 +337,17 @@ def _add_examples(parser: argparse.ArgumentParser, examples: Sequence[str]) -> N
 
 
 class _LogFormatter(logging.Formatter):
-    """Escapes messages; a traceback keeps its lines."""
+    """Escapes messages; a traceback keeps its lines. Names our modules only if it is verbose."""
+
+    def __init__(self, *, verbose: bool) -> None:
+        super().__init__()
+        self._verbose = verbose
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
         """Return the message's line."""
-        return printable(super().formatMessage(record))
+        ours = record.name.partition(".")[0] in PACKAGES
+        sender = "nxtdrive: warning" if ours and not self._verbose else record.name
+        return printable(f"{sender}: {record.message}")
 
 
 class _Version(argparse.Action):

@@ -27,6 +27,7 @@ from firmware_protocol.errors import (
     LinkTimeout,
     LocalProtocolError,
     PermissionDenied,
+    system_words,
 )
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.host.access import usb_remedy
@@ -286,5 +287,5 @@ def _translated(address: str) -> Iterator[None]:
         if error.errno == errno.EBUSY:
             raise LinkBusy(f"{address} is in use.", remedy=_HOLDERS) from error
         if error.errno in (errno.ENODEV, errno.EIO, errno.ENOENT, errno.ESHUTDOWN, errno.EPROTO, errno.EPIPE):
-            raise LinkLost(f"the cable to {address} is unplugged: {error}.", remedy=_PLUG_IN) from error
-        raise LinkError(f"{address}: {error}.", remedy="Unplug the brick and plug it in again.") from error
+            raise LinkLost(f"the cable to {address} is unplugged: {system_words(error)}.", remedy=_PLUG_IN) from error
+        raise LinkError(f"{address}: {system_words(error)}.", remedy="Unplug it and plug it in again.") from error

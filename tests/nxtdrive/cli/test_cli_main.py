@@ -12,6 +12,7 @@ import pytest
 
 from nxtdrive.cli.main import BLAS_THREADS, COMMANDS, DONE, NO_BRICK, USAGE, _parse, main, make_parser
 from nxtdrive.transports import SCHEMES
+from nxtdrive.transports.trace_file import Trace
 
 ROOT = Path(__file__).parents[3]
 ACTIONS = (
@@ -190,6 +191,16 @@ def _run_with(folder, *words):
         check=False,
         timeout=60,
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "sender"), [((), "nxtdrive: warning"), (("-v",), "nxtdrive.transports.trace_file")]
+)
+def test_a_warning_is_the_programs_and_with_v_that_of_its_module(tmp_path, options, sender):
+    (tmp_path / "cut.nxttrace").write_text(Trace("sim://", 64).header() + '\n{"t": 0, "to": "000b"}\n{"t": 0.1, "fr')
+    done = _run_with(tmp_path, *options, "trace", "show", "cut.nxttrace")
+    assert done.stderr == f"{sender}: the trace cut.nxttrace was cut off in its last line, which is left out.\n"
 
 
 def test_another_package_called_behaviors_is_named_with_the_remedy(tmp_path):
