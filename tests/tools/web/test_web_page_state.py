@@ -84,6 +84,16 @@ requestAnimationFrame(() => requestAnimationFrame(() => {
 """Counts the map's pixels of a colour."""
 NUMBERS, PATH, ECHOES = (0x8A, 0x10, 0x15), (0x0B, 0x5F, 0xB0), (0x5B, 0x66, 0x72)
 """Colours of the map's marks."""
+LABELS = """
+window.labels = {};
+const fill = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  const { a, e } = this.getTransform();
+  labels[text] = [x * a + e, (x + this.measureText(text).width) * a + e, this.canvas.width];
+  fill.call(this, text, x, y);
+};
+"""
+"""Notes of each text on a canvas where it begins and ends, and the canvas' width, in pixels."""
 Tell = Callable[..., None]
 
 
@@ -378,6 +388,18 @@ def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell
     assert _text(browser, "notice") == "not now"
     browser.execute_script("later.forEach((call) => call())")
     assert _text(browser, "notice") == "the cable is out"
+
+
+def test_the_name_of_a_target_at_the_edge_of_the_map_is_readable(browser, tell):
+    resize(browser, 390, 844, mobile=True)
+    browser.execute_script(LABELS)
+    name = "the cat on the shelf"
+    look = {"t": 1, "kind": "look", "state": "search", "target": name, "pose": [0, 0, 0], "range_mm": None}
+    sighting = {"bearing_deg": 80, "distance_mm": 3000, "bound": False}
+    tell({**RUN, "robot": SHAPE}, {"type": "record", "record": {**look, "sighting": sighting}})
+    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return labels[arguments[0]]", name))
+    begin, end, width = browser.execute_script("return labels[arguments[0]]", name)
+    assert 0 < begin < end <= width
 
 
 def test_the_number_of_a_decision_is_readable_where_the_robot_stands(browser, tell):

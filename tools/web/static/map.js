@@ -211,8 +211,10 @@ function label(context, text, [x, y], size, colour) {
   context.strokeStyle = "#ffffff"; // a rim, to be read on obstacles, too
   context.lineWidth = size * 0.2;
   context.lineJoin = "round";
-  context.strokeText(text, y + size * 0.6, -x - size * 0.4);
-  context.fillText(text, y + size * 0.6, -x - size * 0.4);
+  const { a, e } = context.getTransform(), right = (context.canvas.width - e) / a;
+  const left = Math.min(y + size * 0.6, right - size * 0.2 - context.measureText(text).width); // not beyond the map
+  context.strokeText(text, left, -x - size * 0.4);
+  context.fillText(text, left, -x - size * 0.4);
 }
 
 // marks nearer than a distance to the first of them share a label: "1, 3–5"
