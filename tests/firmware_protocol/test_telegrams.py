@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import Annotated
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.catalog import ALL_COMMANDS, choices
@@ -13,6 +13,7 @@ from firmware_protocol.direct import (
     GetOutputState,
     LSRead,
     LSWrite,
+    MailboxMessage,
     MessageRead,
     MessageWrite,
     SetOutputState,
@@ -200,8 +201,30 @@ def test_a_full_command_has_the_documented_bytes():
 def test_lengths_are_counted_for_the_user():
     assert MessageWrite.text(1, "hi").encode() == bytes.fromhex("00 09 01 03 68 69 00")
     assert LSWrite.transaction(InputPort.IN_4, b"\x02\x42", 1).encode() == bytes.fromhex("00 0f 03 02 01 02 42")
+    assert LSWrite.transaction(InputPort.IN_4, b"\x02\x42").encode() == bytes.fromhex("00 0f 03 02 00 02 42")
     assert IOMapWrite.put(0x000C0001, 28, b"\x02").encode() == bytes.fromhex("01 95 01 00 0c 00 1c 00 01 00 02")
     assert SetProperty.volume(3).encode() == bytes.fromhex("00 1f 01 03")
+
+
+@given(st.text(LATIN_1, max_size=58))
+@example("a" * 58)
+def test_a_message_that_was_written_is_read_as_it_was(message):
+    written = MessageWrite.text(1, message)
+    read = MailboxMessage(1, written.size, written.data + bytes(59 - len(written.data)))
+    assert read.text == message
+
+
+@pytest.mark.parametrize("message", ["a" * 59, "\N{EURO SIGN}", b"a", None])
+def test_a_message_that_does_not_fit_is_refused(message):
+    with pytest.raises(
+        LocalProtocolError, match=r"message must (have at most 58 characters, not 59|be text in Latin-1)"
+    ):
+        MessageWrite.text(1, message)
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_any_byte_is_a_volume(level):
+    assert SetProperty.volume(level).encode() == bytes((0x00, 0x1F, 0x01, level))
 
 
 @pytest.mark.parametrize("level", [-1, 256, "3", 1.5])
