@@ -173,7 +173,7 @@ def command_map(module: CommandModule, ui: UiModule) -> LiveMap:
 
     def wake() -> None:
         module.wake()
-        ui.check_program()
+        ui.wake()
 
     live = LiveMap(iomap.COMMAND, on_write=wake)
     live.bind(

@@ -64,17 +64,6 @@ class Battery:
         """Whether the symbol has no bar, after the last sample."""
         return self._empty_samples > 0
 
-    def was_empty(self, now_ms: int) -> bool:
-        """Return whether the symbol had no bar before this pass."""
-        return self._empty_before(now_ms) > 0
-
-    def was_low(self, now_ms: int) -> bool:
-        """Return whether it had no bar in enough samples for a warning before this pass."""
-        return self._empty_before(now_ms) >= _LOW_SAMPLES
-
-    def _empty_before(self, now_ms: int) -> int:
-        return self._empty_samples - (self.since_sample_ms(now_ms) == 0)
-
     @property
     def shown_bars(self) -> int:
         """Bars of the icon: that of an empty battery has one bar after every second sample, from the first one on."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from firmware_protocol.iomap import ProgramStatus, UiFlag
 from sim_backend.firmware.files.names import extension, pack_name, unpack_name
 from sim_backend.firmware.io_control import IoControl
-from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.module import Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
@@ -16,21 +16,22 @@ from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.page import Page
+from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
-from sim_backend.firmware.ui.states import Programs, Run, UiState
-
-_BEFORE_LOG = 3
-"""Passes that a log counts before those since state 14 began."""
+from sim_backend.firmware.ui.states import Programs, Step, UiState
 
 
 class FileRunner:
     """Opens, runs and ends a file that a telegram, the map or the menu has requested.
 
+    The states OPENING and RUNNING, and the page of a file that was run from the menus.
+
     Attributes:
-        paused: Whether a state that was written has interrupted state RUNNING, which can continue.
-        count: The passes after which a state 3 continues; None stands for those of the message that is shown.
+        page: That page.
+        playing: Count of the passes that have shown the picture of the running file.
     """
 
     def __init__(
@@ -47,200 +48,99 @@ class FileRunner:
         *,
         data_log: bool,
     ) -> None:
-        self._clock, self._registers, self._keys, self._menu, self._screen = clock, registers, keys, menu, screen
-        self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
+        self._clock, self._registers, self._keys, self._menu = clock, registers, keys, menu
+        self._screen, self._sound, self._programs = screen, sound, programs
+        self._io_control, self._sleep_timer = io_control, sleep_timer
         self._known = (*states.KNOWN, states.LOG if data_log else states.OLD_LOG)
-        self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
-        self._begun_ms = self._opened_ms = self._message_ends_ms = self._log_count = self._odd = 0
-        self._hidden_ms: int | None = None
-        self.count: int | None = times.MELODY_PASSES
-        self._steps, self._parts, self.paused = b"", list[Marks](), False
+        self._file, self._steps, self._parts = registers.program_name, b"", list[Marks]()
+        self.page, self.playing = Page(self._begin_page, self.run, stays=True), PassCounter(clock)
+        menu.run_page = self.page
+
+    @property
+    def runs(self) -> bool:
+        """Whether a file has the screen: a program, a sound, or the message about its end."""
+        return self._registers.state == UiState.RUNNING or self._from_menu
+
+    @property
+    def _from_menu(self) -> bool:
+        """Whether it was run from its page; the state is still that of the page."""
+        return self._registers.state == UiState.DRAWING and self._menu.shows(self.page)
 
     @property
     def shows_program(self) -> bool:
         """Whether the picture of a program that runs is below the status bar."""
-        runs = self._registers.state == UiState.RUNNING and self._run is Run.PROGRAM
-        return runs and self._clock.now_ms > self._opened_ms
+        registers = self._registers
+        return registers.state == UiState.RUNNING and registers.step == Step.PROGRAM and self.playing.value > 0
 
-    @property
-    def shows_message(self) -> bool:
-        """Whether the end of a file is shown."""
-        return self._registers.runs_file and self._run is Run.MESSAGE
-
-    @property
-    def has_begun(self) -> bool:
-        """Whether a file has the screen, and not only since this pass."""
-        return (self._registers.runs_file or self.paused) and self._run is not Run.BEGUN
-
-    @property
-    def melody_ms(self) -> int:
-        """How long a state 3 written now lasts: it continues the count of what was shown last."""
-        return max(times.MELODY_PASSES - self._passes, 0)
-
-    @property
-    def _passes(self) -> int:
-        """The count of the message that is shown, or as the last one has left it."""
-        return self.count if self.count is not None else self._message_count
-
-    @property
-    def _message_count(self) -> int:
-        return times.MESSAGE_PASSES - 2 * (self._message_ends_ms - self._clock.now_ms) + self._odd
-
-    def program_ended(self) -> None:
-        """Show the end of a program from the next pass on."""
-        if self._registers.runs_file and self._run is Run.PROGRAM:
-            self._run, self._registers.next_step_ms = Run.ENDED, self._clock.now_ms + 1
-
-    def check_program(self) -> None:
-        """Check in this module's next turn whether the program still runs: its status may have been written."""
-        if self._registers.runs_file and self._run is Run.PROGRAM:
-            self._registers.next_step_ms = self._clock.now_ms
-
-    def choose(self, name: bytes, *, opened: bool = True) -> None:
-        """Set the next file to run; its page follows only if the user interface has `opened` it."""
-        self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
-        self.count = times.MELODY_PASSES
-
-    def begin(self) -> None:
-        """Accept a request; one in the next pass can still replace the file."""
-        registers, now_ms = self._registers, self._clock.now_ms
-        if self.shows_message:
-            self.count = self._message_count - 1  # this pass does not count
-        elif registers.runs_file:
-            self.count = self._passes + now_ms - self._begun_ms
+    def accept(self) -> None:
+        """Accept a request, if there is one; another one in the next pass can still replace the file."""
+        registers = self._registers
+        if not registers.requested:
+            return
         registers.set(UiFlag.BUSY)
-        registers.state, registers.from_menu = int(UiState.OPENING), False
-        registers.next_step_ms, self._has_page = now_ms + 1, True
+        registers.go_to(UiState.OPENING)
         self._io_control.stays_on = False
-        self._menu.interrupt()
-        self._sleep_timer.restart(now_ms)
+        self._menu.drop()
+        self._sleep_timer.restart(self._clock.now_ms)
 
-    def enter(self) -> None:
+    def open(self) -> None:
         """Give the screen to the requested file."""
         registers = self._registers
-        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
-        self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
+        self._file = registers.program_name
         self._menu.show_file(unpack_name(self._file))
+        registers.step, registers.picture = Step.BEGUN, 1
+        registers.go_to(UiState.RUNNING)
 
-    def begin_from_menu(self, name: str) -> None:
-        """Run a file from its page; the state stays as it is."""
-        registers = self._registers
-        registers.set(UiFlag.BUSY)
-        registers.from_menu, registers.next_step_ms = True, self._clock.now_ms + 1
-        self.choose(pack_name(name))
+    def _begin_page(self) -> None:
+        """Run a file from its page."""
+        self._registers.set(UiFlag.BUSY)
+        self._registers.wake_in(1)
+        self._file, self._registers.step = pack_name(self._menu.files.chosen), Step.TONE
 
-    def begin_page(self) -> None:
-        """Begin to draw the page of the file; neither the page, beyond the name, nor the file continues."""
-        self._run, self._parts = Run.PAGE, [marks.PAGE]
-        self._registers.from_menu, self._registers.next_step_ms = True, self._clock.now_ms
-
-    def go_on(self) -> None:
+    def run(self) -> None:
         """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
-        registers, now_ms = self._registers, self._clock.now_ms
-        match self._run:
-            case Run.BEGUN:
+        registers, screen = self._registers, self._screen
+        registers.timer.count()
+        match registers.step:
+            case Step.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
+                registers.wake_in(self._show_playing())
+                return
+            case Step.MESSAGE:
+                self._go_on_with_message()
+                return
+            case Step.BEGUN:
                 registers.set(UiFlag.BUSY)
-                self._run, registers.next_step_ms = Run.TONE, now_ms + 1
-            case Run.TONE if self._sound.state:
-                registers.next_step_ms = now_ms + 1
-            case Run.TONE:
-                self._run, registers.next_step_ms = Run.DRAWING, now_ms + 1
-                self._show_beginning()
-            case Run.DRAWING if self._screen.drawing:
-                registers.next_step_ms = now_ms + 1
-            case Run.DRAWING if extension(self._file) in self._known:
-                self._run, registers.next_step_ms = Run.TO_OPEN, now_ms + 1
-            case Run.DRAWING:  # an unknown file leaves the user interface busy forever, as on a real brick
-                self._lose_request()
-                self.show_menu()
-            case Run.TO_OPEN if self._waits_to_open:
-                registers.next_step_ms = now_ms + 1
-            case Run.TO_OPEN:
-                self._open(now_ms)
-            case Run.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
-                registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
-            case Run.SOUND if self._keys.read() == Key.EXIT:
+                if unpack_name(self._file) != self._menu.files.chosen:  # no request has begun it
+                    self._file = pack_name(self._menu.files.chosen)
+                registers.step = Step.TONE
+            case Step.TONE if not self._sound.state:
+                if self._from_menu:
+                    screen.mark(marks.OPENING)
+                screen.mark(marks.RUNNING)
+                registers.step = Step.DRAWING
+            case Step.DRAWING if screen.drawing:
+                pass
+            case Step.DRAWING if extension(self._file) in self._known:
+                registers.step = Step.TO_OPEN
+            case Step.DRAWING:  # an unknown file leaves the user interface busy forever, as on a real brick
+                self._show_menu()
+            case Step.TO_OPEN if not self._waits_to_open:
+                self._open()
+            case Step.SOUND if self._keys.read() == Key.EXIT:
                 self._sound.cancel()
-                self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
-            case Run.SOUND if self._sound.state:
-                registers.next_step_ms = now_ms + 1
-                self._show_running(now_ms)
-            case Run.STEPS:
+                registers.step = Step.ENDED
+            case Step.SOUND if self._sound.state:
+                self._show_playing()
+            case Step.STEPS:
                 self._draw_steps()
-                self._run, registers.next_step_ms = Run.STEPS if self._parts else Run.ENDED, now_ms + 1
-            case Run.PROGRAM | Run.SOUND:
-                self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
-            case Run.MESSAGE if now_ms < self._message_ends_ms:
-                registers.next_step_ms = self._message_ends_ms
-            case Run.MESSAGE:
-                self._open_menu()
-            case Run.PAGE:
-                self._draw_page()
-                registers.next_step_ms = now_ms + 1
-            case Run.LOG:
-                self._begin_message(now_ms)
-                if now_ms >= self._message_ends_ms:
-                    self._open_menu()
-            case _:
-                self._screen.mark(marks.MESSAGE)
-                self._begin_message(now_ms)
-
-    def follow_status(self, now_ms: int) -> None:
-        """Exclude passes without the status bar from the time of the file's picture."""
-        if not self._registers.flags & UiFlag.ENABLE_STATUS:
-            self._hidden_ms = now_ms if self._hidden_ms is None else self._hidden_ms
-        elif self._hidden_ms is not None:
-            self._opened_ms += max(now_ms - max(self._hidden_ms, self._opened_ms), 0)
-            self._hidden_ms = None
-            if self._registers.runs_file and self._run is Run.PROGRAM:
-                self._registers.next_step_ms = now_ms
-
-    def delay(self, passed_ms: int) -> None:
-        """Exclude an interruption from the file's time: for its pictures, and the message about its end."""
-        self._opened_ms += passed_ms
-        self._message_ends_ms += passed_ms
-        if self._hidden_ms is not None:
-            self._hidden_ms += passed_ms
-        if self._registers.runs_file and self._run is Run.PROGRAM:  # it may have ended
-            self._registers.next_step_ms = self._clock.now_ms + 1
-
-    def takes_button(self) -> bool:
-        """Return whether a button ends the message about a file's end, which reads none in its last pass.
-
-        That of a data log, which shows nothing, reads one also in the pass in which it begins.
-        """
-        if self._registers.runs_file and self._run is Run.LOG:
-            unread = bool(self._keys.read_silently())
-            if unread:
-                self._begin_message(self._clock.now_ms)
-            return unread
-        unread = self.shows_message and self._clock.now_ms < self._message_ends_ms
-        return unread and self._keys.read_button() is not None
-
-    def end_message(self) -> None:
-        """End the message about the end of a file in this pass, by a key."""
-        self._keys.click()
-        self.count = self._message_count
-        self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
-
-    def show_menu(self) -> None:
-        """Show the page of the file, with the brick on: again where it was started there, else by drawing the menus.
-
-        A file that no request has begun, but a written state, has no page: the menus continue where they are.
-        """
-        registers = self._registers
-        registers.off_ms, registers.next_step_ms = NEVER, self._clock.now_ms + 1
-        if registers.from_menu:
-            registers.from_menu = False
-            self._menu.show_page()
-            return
-        registers.state = int(UiState.MENU)
-        if not self._has_page:
-            self._menu.go_on_from(registers.state)
-            return
-        self._has_page = False
-        self._menu.redraw()
+            case Step.PROGRAM | Step.SOUND:
+                registers.step = Step.ENDED
+            case Step.ENDED:
+                screen.mark(marks.MESSAGE)
+                registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
+                registers.step, registers.timer.value = Step.MESSAGE, 0
+        registers.wake_in(1)
 
     @property
     def _waits_to_open(self) -> bool:
@@ -248,36 +148,26 @@ class FileRunner:
         waits = self._keys.enter_acts or bool(self._screen.erase_mask)
         return waits and extension(self._file) in states.PROGRAMS
 
-    def _open(self, now_ms: int) -> None:
+    def _open(self) -> None:
         """Start a file by its extension."""
-        kind, self._registers.next_step_ms = extension(self._file), now_ms + 1
+        registers, kind = self._registers, extension(self._file)
+        self.playing.value = 0
         if kind in states.PROGRAMS:
             if self._programs.status == ProgramStatus.IDLE:
-                self._run, self._opened_ms = Run.PROGRAM, now_ms
+                registers.step = Step.PROGRAM
                 self._programs.start(self._file)
         elif kind == states.SOUND:
-            self._run, self._opened_ms = Run.SOUND, now_ms
-            self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
+            registers.step = Step.SOUND
+            self._sound.play_own(self._file[: self._file.index(0) + 1], registers.volume)
         elif kind == states.ON_BRICK:
-            self._steps, self._run = self._menu.program.open(unpack_name(self._file)), Run.ENDED
+            self._steps = self._menu.program.open(unpack_name(self._file))
+            registers.step = Step.STEPS if self._steps else Step.ENDED
             if self._steps:
                 self._screen.mark(marks.OPENS_STEPS)
-                self._parts, self._run = [*self._menu.program.drawn_file], Run.STEPS
-        else:
-            self._run, key = Run.LOG, self._keys.read_silently()
-            self._log_count = self._passes + now_ms - self._begun_ms + _BEFORE_LOG
-            if key:
-                self._keys.click()
-            if key or self._log_count > times.MESSAGE_PASSES + 1:  # this pass has counted once
-                self._begin_message(now_ms)
-                self.count = self._log_count - 2
-                self._open_menu()
-
-    def _draw_page(self) -> None:
-        """Draw the page of the file that has the screen, with the status bar, and only its name from then on."""
-        if self._parts:
-            self._registers.set(UiFlag.ENABLE_STATUS)
-        self._screen.mark(self._parts.pop() if self._parts else marks.FILE_NAME)
+                self._parts = [*self._menu.program.drawn_file]
+        else:  # the message about a log shows nothing, and continues the count
+            registers.step = Step.MESSAGE
+            self._go_on_with_message()
 
     def _draw_steps(self) -> None:
         """Draw the next part of a program made on the brick, for which a file is missing."""
@@ -289,41 +179,40 @@ class FileRunner:
         self._screen.mark(self._parts.pop(0))
         if drawn in program.actions:
             program.actions[drawn]()
+        if not self._parts:
+            self._registers.step = Step.ENDED
 
-    def _show_beginning(self) -> None:
-        """Draw the picture of a file that is about to be opened."""
-        if self._registers.from_menu:
-            self._screen.mark(marks.OPENING)
-        self._screen.mark(marks.RUNNING)
-
-    def _show_running(self, now_ms: int) -> int:
-        """Change the picture of a running file from time to time; return the passes since the change was planned."""
-        passed_ms = (now_ms - self._opened_ms) % times.PLAYING_MS
-        if not passed_ms and self._registers.flags & UiFlag.ENABLE_STATUS:
+    def _show_playing(self) -> int:
+        """Change the picture of a running file from time to time; return the passes until the next change."""
+        if not self._registers.flags & UiFlag.ENABLE_STATUS:
+            return times.PLAYING_PASSES
+        passed = self.playing.count() % times.PLAYING_PASSES
+        if not passed:
             self._screen.mark(marks.PLAYING)
-        return passed_ms
+        return times.PLAYING_PASSES - passed
 
-    def _begin_message(self, now_ms: int) -> None:
+    def _go_on_with_message(self) -> None:
+        """End the message when its time is over, or by a key; then accept requests again."""
         registers = self._registers
-        count = self._log_count
-        if self._run is not Run.LOG:
-            count = 0
-            registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
-        self._run, self.count, registers.next_step_ms = Run.MESSAGE, None, now_ms + 1
-        self._message_ends_ms, self._odd = now_ms + (times.MESSAGE_PASSES + 1 - count) // 2, count % 2
-
-    def _open_menu(self) -> None:
-        """Accept buttons and requests again; a request made meanwhile is lost."""
-        registers = self._registers
+        left = times.MESSAGE_PASSES - registers.timer.count()
+        if left > 0 and not self._keys.read():
+            registers.wake_in((left + 1) // 2)  # each pass counts twice
+            return
         registers.clear(UiFlag.BUSY)
+        registers.step = Step.BEGUN
         self._programs.reset()
         self._screen.mark(marks.CLOSING)
-        if registers.from_menu and registers.flags & UiFlag.EXECUTE_FILE:
-            self.begin()
-        else:
-            self._lose_request()
-            self.show_menu()
+        self._show_menu()
 
-    def _lose_request(self) -> None:
-        if not self._registers.from_menu:
-            self._registers.clear(UiFlag.EXECUTE_FILE)
+    def _show_menu(self) -> None:
+        """Show the page of the file: again where it was started there, else by drawing the menus.
+
+        A request made meanwhile is lost, but not where it was started there.
+        """
+        registers = self._registers
+        registers.wake_in(1)
+        if self._from_menu:
+            self._menu.show_page()
+        else:
+            registers.clear(UiFlag.EXECUTE_FILE)
+            registers.go_to(UiState.MENU)

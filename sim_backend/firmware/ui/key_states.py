@@ -18,13 +18,13 @@ class Pass(NamedTuple):
     """A pass of the user interface.
 
     Attributes:
-        state: Its state; None is one that was written, or none of a key.
+        state: Its state.
         drawn: What it draws at its end.
         action: What it does then, if anything.
         held: Whether it lasts on, if it can.
     """
 
-    state: UiState | None = None
+    state: UiState
     drawn: Marks = NOTHING
     action: Action | None = None
     held: Callable[[], bool] | None = None
@@ -38,23 +38,17 @@ class KeyStates:
         screen: Draws.
 
     Attributes:
-        shown: Whether the states of a key are shown.
-        left: The passes that are left.
+        left: The passes that are left, the present one first.
     """
 
     def __init__(self, registers: UiRegisters, screen: ScreenRefresh) -> None:
         self._registers, self._screen = registers, screen
-        self.drop()
+        self.left: list[Pass] = []
 
     @property
-    def state(self) -> UiState | None:
-        """The present state, if any."""
-        return self._present.state
-
-    @property
-    def coming(self) -> UiState | None:
-        """The state of the next pass, if there is one."""
-        return self.left[0].state if self.left else None
+    def shown(self) -> bool:
+        """Whether the states of a key are shown."""
+        return bool(self.left)
 
     @property
     def draws(self) -> bool:
@@ -64,15 +58,15 @@ class KeyStates:
     @property
     def undrawn(self) -> Sequence[Marks]:
         """What is left to draw."""
-        return [each.drawn for each in (self._present, *self.left) if any(each.drawn)]
+        return [each.drawn for each in self.left if any(each.drawn)]
 
     def drop(self) -> None:
         """Drop the states to come, and what they draw."""
-        self.shown, self._present, self.left = False, Pass(), list[Pass]()
+        self.left = []
 
-    def begin(self, *states: UiState, drawn: Marks = NOTHING) -> None:
-        """Show states after the present one, which draws `drawn`."""
-        self.shown, self._present, self.left = True, Pass(drawn=drawn), []
+    def begin(self, *states: UiState) -> None:
+        """Show states from the next pass on."""
+        self.drop()
         self.add(*states)
 
     def add(self, *states: UiState) -> None:
@@ -115,27 +109,26 @@ class KeyStates:
         """Change what the next pass draws."""
         self.left[0] = self.left[0]._replace(drawn=drawn)
 
-    def next(self) -> UiState | None:
-        """Return the next state; the drawing of the one before is shown, which may wait until others are done."""
-        if not self.finish():
-            return self.state
-        self.shown = bool(self.left)
-        self._present = self.left.pop(0) if self.left else Pass()
-        return self.state
-
-    def finish(self) -> bool:
-        """Do what the present pass does at its end: draw, and act. Return False if it is held, or its drawing waits.
-
-        A page shows the status bar, and draws its icons that have changed.
-        """
-        drawn, action = self._present.drawn, self._present.action
-        if (drawn.waits and self._screen.drawing) or (self._present.held and self._present.held()):
-            return False
+    def draw(self, drawn: Marks) -> None:
+        """Draw. A page shows the status bar, and draws its icons that have changed."""
         self._screen.mark(drawn)
         if drawn.shows_bar:
             self._registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         if drawn.draws_bar:
             self._registers.set(UiFlag.REDRAW_STATUS)
-        if action:
-            action()
+
+    def go_on(self) -> bool:
+        """End the present pass: draw, and act; return whether a state follows.
+
+        The pass lasts on if it is held, or its drawing waits until others are done.
+        """
+        present = self.left[0]
+        if not ((present.drawn.waits and self._screen.drawing) or (present.held and present.held())):
+            del self.left[0]
+            self.draw(present.drawn)
+            if present.action:
+                present.action()
+        if not self.left:
+            return False
+        self._registers.go_to(self.left[0].state)
         return True

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.data_log import MOTOR_PORTS, SENSOR_PORTS, VALUES, DataLog
-from sim_backend.firmware.ui.key_states import Pass
+from sim_backend.firmware.ui.key_states import Action, Pass
 from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import Place, UiState
 
@@ -42,19 +42,15 @@ class LogMenu:
 
     Attributes:
         log: As given.
-        begins: Whether it is about to begin.
-        refuses: Whether the message is shown that a port has a value already.
         chosen: For each port that has a value, the item of that value; motors' ports follow those of sensors.
     """
 
     def __init__(self, log: DataLog) -> None:
         self.log = log
-        self.begins = self.refuses = False
         self.chosen: dict[int, int] = {}
 
     def begin(self) -> bool:
         """Begin the log, and return whether that was possible."""
-        self.begins = False
         return self.log.begin(self.chosen)
 
     def clear(self) -> None:
@@ -77,6 +73,13 @@ class LogMenu:
         """Return whether enter does more in a place than to open a menu."""
         return place == DONE or (place[:1] == DATA_LOG and place[:2] != DONE and len(place) == _PORT_LEVEL)
 
+    def refuses(self, place: Place) -> bool:
+        """Return whether a port is chosen that has a value already."""
+        return place != DONE and self._port(place) in self.chosen
+
+    def _port(self, place: Place) -> int:
+        return place[2] + SENSOR_PORTS * (place[1] in _MOTORS)
+
     def enter(self, place: Place) -> tuple[list[int], list[Pass]]:
         """Follow enter in such a place: return the place that it leads to, and the states from its drawing on."""
         end = Pass(UiState.MENU), Pass(UiState.DRAWING)
@@ -85,20 +88,19 @@ class LogMenu:
             if self.chosen:
                 return [*START], [*enter, Pass(UiState.DRAWING, marks.READY), end[-1]]
             return [*DATA_LOG], [*enter, end[-1], *end]
-        port = place[2] + SENSOR_PORTS * (place[1] in _MOTORS)
-        self.refuses = port in self.chosen
-        if self.refuses:
+        if self.refuses(place):
             return [*place], [Pass(UiState.DRAWING, marks.REFUSES)]
-        self.chosen[port] = place[1]
+        self.chosen[self._port(place)] = place[1]
         return [*DONE], [*enter, Pass(UiState.DRAWING, marks.TAKEN), Pass(UiState.EXIT), *end]
 
-    def leave(self, message: Sequence[Marks]) -> tuple[list[int], list[Pass]]:
+    def leave(self, message: Sequence[Marks], end: Action) -> tuple[list[int], list[Pass]]:
         """Leave the log, perhaps by a message: return the place that this leads to, and the passes.
 
-        A log that runs is stored or deleted next; one that could not begin leads to the main menu.
+        A log that runs is ended, and stored or deleted next; one that could not begin leads to the main menu.
         """
         drawn = [Pass(UiState.DRAWING, each) for each in message]
-        end = Pass(UiState.MENU), Pass(UiState.DRAWING, marks.MENU)
-        if self.log.runs:
-            return [*START, STORE], [*drawn, Pass(UiState.RIGHT), *end]
-        return [*DATA_LOG], [*drawn, *end]
+        menu = Pass(UiState.MENU), Pass(UiState.DRAWING, marks.MENU)
+        if not self.log.runs:
+            return [*DATA_LOG], [*drawn, *menu]
+        last = drawn.pop() if drawn else Pass(UiState.DRAWING)
+        return [*START, STORE], [*drawn, last._replace(action=end), Pass(UiState.RIGHT), *menu]

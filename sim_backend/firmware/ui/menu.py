@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import log_menu
@@ -17,20 +18,24 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.key_states import KeyStates, Pass
+from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
+from sim_backend.firmware.ui.log_page import LogPage
 from sim_backend.firmware.ui.menu_files import MenuFiles
 from sim_backend.firmware.ui.menu_message import MenuMessage
 from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.menu_radio import MenuRadio
 from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.menu_steps import MenuSteps
+from sim_backend.firmware.ui.name_entry import NameEntry
+from sim_backend.firmware.ui.page import Page
 from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.sensor_view import SensorView
-from sim_backend.firmware.ui.states import KEY_STATES, Place, UiState
+from sim_backend.firmware.ui.states import Place, UiState
+from sim_backend.firmware.ui.view_page import ViewPage
 
 
 class Menu:
@@ -49,17 +54,20 @@ class Menu:
         has_log: Whether the main menu has an item for it.
 
     Attributes:
+        run_page: The page of a file that was run from its page.
         states: The states of the last key.
-        switches_off: Whether the last key switches the brick off.
-        runs: Name of the file that it runs, if any.
         files: The lists of files.
-        message: What is shown until a key is pressed.
         program: The program that is made on the brick.
-        naming: The page where it gets a name.
+        counters: The counts of passes of the pages.
     """
+
+    run_page: Page
+    _page: Page | None
+    _confirms: bool | None
 
     def __init__(
         self,
+        clock: Clock,
         registers: UiRegisters,
         keys: KeyInput,
         settings: MenuSettings,
@@ -72,115 +80,126 @@ class Menu:
         *,
         has_log: bool,
     ) -> None:
-        self._registers, self._settings, self._screen = registers, settings, screen
-        self.switches_off = False
-        self.runs: str | None = None
-        self.program, self.view, self.logs = program, view, logs
-        self._places = Places(loader.flash.names_ending, self.program, self.view, radio, logs if has_log else None)
+        self._registers, self._settings, self._view, self.logs, self.program = registers, settings, view, logs, program
+        self._places = Places(loader.flash.names_ending, program, view, radio, logs if has_log else None)
         self.states = KeyStates(registers, screen)
         self.files = MenuFiles(
             loader, settings.stored, self._places, self.states, leave=self._leave_list, sounds=program.waits
         )
         self._radio = MenuRadio(keys, radio, self.states)
-        self.message = MenuMessage(logs, self.states)
-        self._steps = MenuSteps(program, self.states, self._leave_program)
-        self.naming = self._steps.naming
+        self._message = MenuMessage(clock, registers, keys, self.states, self._end_page)
+        self._naming = NameEntry(registers, keys, program, self.states, self._leave_name)
+        self._steps = MenuSteps(program, self.states, self._naming)
+        self._view_page = ViewPage(clock, registers, keys, screen, view, self._leave_view)
+        self._log_page = LogPage(clock, registers, keys, screen, logs, self._leave_log)
+        self._file_page = Page(
+            partial(self._draw_file_page, marks.PAGE), partial(self._draw_file_page, marks.FILE_NAME)
+        )
+        self.counters = self._view_page.drawn, self._view_page.checked, self._message.shown
         self.reset()
 
     def reset(self) -> None:
         """Go to the first item of the main menu; a data log that runs stays open, and a sensor keeps its type."""
-        self._place, self.runs = [0], None
-        self.view.shown = self.logs.log.runs = False
-        self.message.drop()
-        self.naming.drop()
-        self._confirms: bool | None = None
+        self._end_page()
+        self._place, self._shows_file = [0], False
+        self.logs.log.runs = False
+        self._confirms, self._asks = None, False
         self._volume = self._registers.volume
 
+    @property
+    def keeps_page(self) -> bool:
+        """Whether there is a page to which all states of the menus lead back."""
+        return self._page is not None and self._page.stays
+
+    @property
+    def ignores_exit(self) -> bool:
+        """Whether exit does nothing: a data log is to be stored or deleted."""
+        return tuple(self._place[:-1]) == log_menu.START
+
+    def shows(self, page: Page) -> bool:
+        """Return whether a page has begun, and has not ended."""
+        return self._page is page and not self._begins
+
+    def open(self, page: Page) -> None:
+        """Show a page from the next pass of state DRAWING on."""
+        self.states.drop()
+        self._page, self._begins = page, True
+
+    def _end_page(self) -> None:
+        self._page, self._begins = None, False
+
+    def drop(self) -> None:
+        """Drop the states to come and what they draw; a page that stays can continue."""
+        if self._page is self._naming.page:
+            self._naming.interrupt()
+        self.states.drop()
+        if not self.keeps_page:
+            self._end_page()
+
     def show_file(self, name: str) -> None:
-        """Go to the page of the file that was started, or up from it to the list if the question was shown."""
-        self.view.chosen, self.view.shown, self.runs = False, False, None
-        self._place, asked, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], self._confirms, None, name
-        if asked:
+        """Go to the page of the file that was opened, or up from it to the list if the question was shown."""
+        self._end_page()
+        self._shows_file = True
+        self._place, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], None, name
+        if self._asks:
             self._place.pop()
 
     def show_page(self) -> None:
         """Show the page again of the file that was started there."""
-        self.states.begin(drawn=marks.PAGE)
-        self.runs = None
-
-    def redraw(self) -> None:
-        """Draw the page after a file from state DRAWING on."""
+        self._end_page()
         self.states.begin(UiState.DRAWING)
-        self.runs = None
-        if places.is_list(tuple(self._place[:-1])):
-            self._show_files()
+        self.states.draw_last(marks.PAGE)
+
+    def go_on(self) -> bool:
+        """Go on to the next state of a key, if there is one; return whether there is."""
+        left = self.states.left
+        return bool(left) and left[0].state == self._registers.state and self.states.go_on()
+
+    def prepare(self) -> None:
+        """Begin what state DRAWING shows: a page anew, or all of the page of a file that was opened."""
+        self._begins = self._begins or self.keeps_page
+        self._asks = self._confirms is not None
+        if self._shows_file and not self._begins:
+            self._shows_file = False
+            self.states.begin(UiState.DRAWING)
+            if places.is_list(tuple(self._place[:-1])):
+                self._show_files()
+            else:
+                self.states.draw_last(*drawing.FILE_PAGE)
+
+    def draw(self) -> None:
+        """Show a page, pass by pass; when there is nothing left of it, take keys."""
+        has_states = self.states.shown
+        if has_states:
+            if self.go_on():
+                return
+        elif self._page is None and self._shows_file:
+            self._page, self._begins = self._file_page, True
+        elif self._page is None:
+            self.states.draw(self._drawn)
+        if self._page is None:
+            self._registers.go_to(UiState.WAITING)
+            return
+        if self._begins:
+            self._begins = False
+            self._page.begin()
+        elif has_states:
+            self._registers.wake_in(1)
         else:
-            self.states.draw_last(*drawing.FILE_PAGE)
+            self._page.go_on()
+        if self.states.shown:
+            self._registers.go_to(self.states.left[0].state)
 
-    def go_on_from(self, state: int) -> None:
-        """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
-        self._drop_question()
-        keys = {shown: key for key, shown in KEY_STATES.items()}
-        if self.naming.active and state not in (UiState.MELODY, UiState.ENTRY):
-            self.naming.go_on(*[UiState.MENU][: state in keys])
-            return
-        if self.runs is not None and state not in (UiState.MELODY, UiState.ENTRY):  # it is run once more
-            self.states.begin(*(each for each in (UiState.MENU, UiState.DRAWING) if state in keys or each > state))
-            return
-        if state in keys and not self.view.shown:
-            self.press(keys[UiState(state)])
-            del self.states.left[0]
-            return
-        if state in (UiState.MELODY, UiState.ENTRY):
-            self.reset()
-            self.view.chosen = False
-        drawn = NOTHING if self.view.shown else self._page
-        self.view.chosen, self.view.shown = self.view.chosen or self.view.shown, False  # a value is shown again
-        last = UiState.ENTRY if state in keys else state
-        later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > last]
-        self.runs = None
-        self.states.begin(*later, drawn=marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn)
-        if later:
-            self.states.draw_last(drawn)
-
-    @property
-    def shows_value(self) -> bool:
-        """Whether the value of a sensor or motor is shown, until exit is pressed."""
-        return self.view.shown and not self.states.shown and self._registers.state == UiState.DRAWING
-
-    @property
-    def has_page(self) -> bool:
-        """Whether a value is shown, or a file runs or is about to, whatever state was written meanwhile."""
-        return self.runs is not None or self.view.shown
-
-    @property
-    def begins(self) -> bool:
-        """Whether the next step runs a file, shows a value or starts a log, which comes before a request for a file."""
-        return self._ends_in_page and self.states.shown and not self.states.left
-
-    @property
-    def _ends_in_page(self) -> bool:
-        """Whether the states of a key end in a file that is run, a value that is shown, or a log that is started."""
-        return self.runs is not None or self.view.chosen or self.logs.begins
+    def _draw_file_page(self, drawn: Marks) -> None:
+        """Draw the page of a file that was opened, which goes on with its name for ever."""
+        self.states.draw(drawn)
+        self._registers.wake_in(1)
 
     def press(self, key: int) -> None:
-        """Follow a key, a value of `Key`; other values do nothing."""
-        stays = tuple(self._place[:-1]) == log_menu.START and self._registers.state != UiState.EXIT
-        if key not in KEY_STATES or (key == Key.EXIT and stays):
-            return
-        if self.has_page:  # state WAITING was written
-            self.go_on_from(KEY_STATES[key])
-            self.states.left.insert(0, Pass(KEY_STATES[key]))
-            return
-        if self.naming.shown:
-            if self._registers.state == UiState.DRAWING:
-                self.naming.press(key)
-            else:
-                self.naming.go_on(KEY_STATES[key], UiState.MENU)
-            return
-        self.states.begin()
-        self.runs = None
-        self.states.show(KEY_STATES[key])
+        """Follow a key, a value of `Key`."""
+        self._end_page()
+        self._shows_file = False
+        self.states.begin(UiState.DRAWING)
         if self._confirms is not None:
             self._answer(key)
         elif key in (Key.LEFT, Key.RIGHT):
@@ -189,42 +208,24 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self._ends_in_page or self.switches_off or self.message.has_version or self.states.draws):
-            self.states.draw_last(self._page)
+        if self.states.shown and self._page is None and not self.states.draws:
+            self.states.draw_last(self._drawn)
 
     @property
-    def _page(self) -> Marks:
+    def _drawn(self) -> Marks:
         """The drawing at the end of a key's states."""
         place = tuple(self._place)
         return drawing.page(place, makes_program=self._steps.has(place[:-1]))
-
-    def interrupt(self) -> None:
-        """Finish the current state, and drop the states to come: a file is started, whose page follows."""
-        self.states.finish()
-        self.drop()
-
-    def _drop_question(self) -> None:
-        """Drop the question whether to switch off, in the pass after exit: it only appears in the next pass."""
-        if self.states.shown and self.states.state == UiState.EXIT:
-            self._confirms = None
-
-    def drop(self) -> None:
-        """Drop the states to come and what they draw: another state was written to the map."""
-        self._drop_question()
-        self.states.drop()
-        self.message.drop()
-        self.naming.drop()
-        self.logs.begins = False
 
     def _answer(self, key: int) -> None:
         """Answer whether to switch off."""
         if key in (Key.LEFT, Key.RIGHT):
             self._confirms = key == Key.LEFT
             return
-        self.switches_off = bool(self._confirms) and key == Key.ENTER
+        if self._confirms and key == Key.ENTER:
+            self._registers.force_off = 1
+            self.states.drop()
         self.reset()
-        if self.switches_off:
-            del self.states.left[1:]
 
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
@@ -267,27 +268,32 @@ class Menu:
             self.states.draw_last(*drawing.OPENED[log_menu.DATA_LOG])
         self._draw_slowly()
 
-    def leave_view(self) -> None:
+    def _leave_view(self) -> None:
         """Leave the value of a sensor or motor for the list of items to show."""
-        self._screen.mark(marks.LIST)
-        if self.view.chosen:
-            self.view.set_up()
+        self._end_page()
         self._place = self._place[:-1] or [0]  # a question of the radio has led to the main menu
-        self.states.begin()
+        self.states.begin(UiState.DRAWING)
+        self.states.act(self._view_page.end)
         self.states.show(UiState.EXIT)
-        self.states.draw_last(self._page)
+        self.states.draw_last(self._drawn)
         self._draw_slowly()
 
-    def leave_log(self, message: Sequence[Marks] = ()) -> None:
+    def _leave_log(self, message: Sequence[Marks]) -> None:
         """Leave the data log, perhaps by a message."""
-        self.states.begin()
-        self._place, self.states.left = self.logs.leave(message)
+        self._end_page()
+        self._place, self.states.left = self.logs.leave(message, self._log_page.end)
+
+    def _leave_name(self, ended: bool) -> None:
+        """Leave the page for a name; if it has `ended`, for the main menu."""
+        self._end_page()
+        if ended:
+            self._place = [PROGRAM]
 
     def _draw_slowly(self) -> bool:
         """Draw an item of the list of items to show, if that takes longer."""
-        slow = self.view.is_slow(tuple(self._place))
+        slow = self._view.is_slow(tuple(self._place))
         if slow:
-            self.view.clear()
+            self._view.clear()
             self.states.draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
         return slow
 
@@ -301,7 +307,7 @@ class Menu:
         self._place.pop()
         self.states.left.clear()
         self.states.show(UiState.EXIT)
-        self.states.draw_last(self._page)
+        self.states.draw_last(self._drawn)
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
@@ -314,12 +320,12 @@ class Menu:
             self.states.act(partial(self._settings.store_sleep, self._place.pop()))
             self.states.show(UiState.EXIT)
         elif places.action(place) == places.RUN:
-            self.runs = self.files.chosen
+            self._open_at_end(self.run_page)
         elif places.is_page(menu[:-1]):
             self._place.pop()
             self._answer_page(places.action(menu), place[-1])
-        elif self.view.opens(place):
-            return
+        elif self._view.opens(place):
+            self._open_at_end(self._view_page.page)
         elif menu == places.ERASE:
             self._place.append(places.NO)
             self.states.draw_last(NOTHING, *drawing.ERASE_ANSWER)
@@ -328,16 +334,21 @@ class Menu:
             if place[-1] == places.YES:
                 self.files.erase(self._place.pop())
         elif place == log_menu.START:
-            self.logs.begins = True
+            self._open_at_end(self._log_page.page)
         elif menu == log_menu.START:
             self._place = [*log_menu.DATA_LOG]
             self.files.keep_log(place[-1])
         elif self.logs.follows(place):
+            if self.logs.refuses(place):
+                self._open_at_end(self._message.refused)
             self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self._steps.follows(place):
             self._place = self._steps.enter(place)
+            if self._steps.names(place):
+                self._page = self._naming.page
         elif place == places.VERSION:
-            self.message.show_version()
+            self._message.show_version()
+            self._open_at_end(self._message.version)
         elif self._radio.follows(place):
             self._place = self._radio.enter(place)
         else:
@@ -346,8 +357,9 @@ class Menu:
                 self.states.show(UiState.ENTER)
             self._open(place)
 
-    def _leave_program(self) -> None:
-        self._place = [PROGRAM]
+    def _open_at_end(self, page: Page) -> None:
+        """Show a page after the states of a key."""
+        self._page, self._begins = page, True
 
     def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
@@ -363,7 +375,7 @@ class Menu:
         if place == log_menu.DATA_LOG:
             self.logs.clear()
         elif place == places.VALUES:
-            self.view.clear()
+            self._view.clear()
         elif place == places.VOLUME:
             first = self._volume = self._settings.stored.volume
         elif place == places.SLEEP:

@@ -5,60 +5,69 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
-from sim_backend.firmware.module import NEVER
+from collections.abc import Callable
+
+from sim_backend.firmware.module import Clock
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.key_states import KeyStates
-from sim_backend.firmware.ui.log_menu import LogMenu
+from sim_backend.firmware.ui.page import Page
+from sim_backend.firmware.ui.pass_counter import PassCounter
+from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 
-_REFUSED_MS = 1500
+_REFUSED_PASSES = 1500
 """Time after which the message that a port has a value already ends, if no key is pressed."""
 
 
 class MenuMessage:
-    """The message that any key closes, if one is shown.
+    """The messages that any key closes.
 
     Args:
-        logs: Tells whether a port was refused.
-        states: Shows the end of the message.
+        leave: Called to end the page.
 
     Attributes:
-        has_version: Whether it is, or will be, the version.
+        refused: The message that a port has a value already.
+        version: The version.
+        shown: Count of the passes of the first one.
     """
 
-    def __init__(self, logs: LogMenu, states: KeyStates) -> None:
-        self._logs, self._states = logs, states
-        self.has_version = self._was_left = self._goes_on = False
+    def __init__(
+        self, clock: Clock, registers: UiRegisters, keys: KeyInput, states: KeyStates, leave: Callable[[], None]
+    ) -> None:
+        self._registers, self._keys, self._states, self._leave = registers, keys, states, leave
+        self.refused = Page(self._begin_refused, self._go_on_refused)
+        self.version = Page(self._begin_version, self._go_on_version)
+        self.shown = PassCounter(clock)
+        self._was_left = self._goes_on = False
 
-    @property
-    def shown(self) -> bool:
-        """Whether it is shown."""
-        return (self._logs.refuses or self.has_version) and not self._states.shown
+    def _begin_refused(self) -> None:
+        self.shown.restart()
+        self._registers.wake_in(_REFUSED_PASSES)
 
-    @property
-    def lasts_ms(self) -> int:
-        """How long it is shown without a key."""
-        return NEVER if self.has_version else _REFUSED_MS
-
-    def drop(self) -> None:
-        """Show none; the version still waits for its key."""
-        self._goes_on = self._goes_on or (self.has_version and self.shown)
-        self.has_version = self._logs.refuses = False
+    def _go_on_refused(self) -> None:
+        left = _REFUSED_PASSES - self.shown.count()
+        if left > 0 and not self._keys.read():
+            self._registers.wake_in(left)
+            return
+        self._leave()
+        self._states.draw(marks.REFUSED)
+        self._states.begin(UiState.MENU, UiState.DRAWING)
+        self._states.draw_last(marks.PAGE)
 
     def show_version(self) -> None:
         """Show the version, a pass later if it was shown before, and without drawing it if no key has ended it."""
-        self.has_version = True
         self._states.draw_last(*[NOTHING] * self._was_left, NOTHING if self._goes_on else marks.VERSION)
 
-    def close(self) -> None:
-        """End it, and draw the page again, after the version slowly the first time."""
-        if self.has_version:
+    def _begin_version(self) -> None:
+        self._goes_on = True
+
+    def _go_on_version(self) -> None:
+        """Wait for a key; then draw the page again, slowly the first time."""
+        if self._keys.read():
+            self._leave()
             self._states.begin(UiState.DRAWING)
             self._states.draw_last(*(drawing.VERSION_LEFT_AGAIN if self._was_left else drawing.VERSION_LEFT))
             self._was_left, self._goes_on = True, False
-        else:
-            self._states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
-            self._states.draw_last(marks.PAGE)
-        self.has_version = self._logs.refuses = False

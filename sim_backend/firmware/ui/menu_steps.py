@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 from sim_backend.firmware.ui import screen_marks as marks
@@ -18,15 +17,11 @@ class MenuSteps:
     Args:
         program: The program.
         states: Shows it.
-        leave: Called when the program is saved, or without a name.
-
-    Attributes:
         naming: The page where the program gets a name.
     """
 
-    def __init__(self, program: ProgramSteps, states: KeyStates, leave: Callable[[], None]) -> None:
-        self._program, self._states = program, states
-        self.naming = NameEntry(program, states, leave)
+    def __init__(self, program: ProgramSteps, states: KeyStates, naming: NameEntry) -> None:
+        self._program, self._states, self._naming = program, states, naming
 
     def has(self, menu: Place) -> bool:
         """Return whether a menu is one of the steps, or the page after them."""
@@ -56,13 +51,17 @@ class MenuSteps:
         """Return whether a place is below the last step: in the page there, or where a name was asked for."""
         return self._program.is_run(place[:-1]) or self._program.is_run(place[:-2])
 
+    def names(self, place: Place) -> bool:
+        """Return whether enter asks for a name in a place."""
+        return self._program.is_run(place[:-1]) and place[-1] == SAVE
+
     def enter(self, place: Place) -> list[int]:
         """Follow enter in such a place, and return where it leads; the page of a name has no items."""
         item = place[-1] if self._program.is_run(place[:-1]) else None
         if item == LEAVE:
             return [PROGRAM]
         if item == SAVE:
-            self.naming.begin()
+            self._naming.begin()
             return [*place, 0]
         if item == RUN:
             self._run()

@@ -6,10 +6,13 @@ from collections.abc import Callable
 
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.page import Page
 from sim_backend.firmware.ui.program_steps import ProgramSteps
-from sim_backend.firmware.ui.screen_marks import NOTHING
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.text_entry import TextEntry
 
@@ -20,56 +23,62 @@ class NameEntry:
     """Asks for a name, and saves the program.
 
     Args:
+        registers: Those of the user interface.
+        keys: The keys.
         program: The program.
         states: Shows it.
-        leave: Called when the page is left.
+        leave: Called when the page has ended; whether its place is left, too: the program was saved, or has no name.
+
+    Attributes:
+        page: The page.
     """
 
-    def __init__(self, program: ProgramSteps, states: KeyStates, leave: Callable[[], None]) -> None:
-        self._program, self._states, self._leave = program, states, leave
-        self._entry: TextEntry | None = None
-
-    @property
-    def active(self) -> bool:
-        """Whether a name is asked for."""
-        return self._entry is not None
-
-    @property
-    def shown(self) -> bool:
-        """Whether it waits for a key."""
-        return self.active and not self._states.shown
-
-    def drop(self) -> None:
-        """Show none."""
-        self._entry = None
+    def __init__(
+        self,
+        registers: UiRegisters,
+        keys: KeyInput,
+        program: ProgramSteps,
+        states: KeyStates,
+        leave: Callable[[bool], None],
+    ) -> None:
+        self._registers, self._keys, self._program, self._states, self._leave = registers, keys, program, states, leave
+        self.page = Page(self._draw_rest, self._go_on, stays=True)
+        self._entry, self._rest = TextEntry(_OFFERED), list[Marks]()
 
     def begin(self) -> None:
         """Ask for a name after the passes of a key."""
         self._entry = TextEntry(_OFFERED)
         self._states.draw_last(NOTHING, *marks.TEXT)
 
-    def press(self, key: int) -> None:
+    def interrupt(self) -> None:
+        """Keep what is left to draw: another state was written."""
+        if self._states.shown:
+            self._rest = [*self._states.undrawn]
+
+    def _draw_rest(self) -> None:
+        """Continue after other states, where it was."""
+        self._registers.wake_in(1)
+        if self._rest:
+            self._states.begin(UiState.DRAWING)
+            self._states.draw_last(*self._rest)
+            self._rest.clear()
+
+    def _go_on(self) -> None:
         """Follow a key: change the name, save the program, or leave the page if there is no name."""
-        states, entry = self._states, self._entry
-        if entry is None:
-            return
-        if not entry.press(key):
-            states.begin(UiState.DRAWING, drawn=marks.CHARACTER if key in (Key.LEFT, Key.RIGHT) else NOTHING)
-            states.draw_last(*entry.drawn)
+        states, entry, key = self._states, self._entry, self._keys.read()
+        if not key:
             return
         states.begin(UiState.DRAWING)
-        self.drop()
+        if not entry.press(key):
+            states.draw(marks.CHARACTER if key in (Key.LEFT, Key.RIGHT) else NOTHING)
+            states.draw_last(*entry.drawn)
+            return
+        self._leave(False)
         if entry.text:
             states.draw_last(marks.ANSWERED, NOTHING, actions={1: lambda: self._save(entry.text)})
         else:
             states.draw_last(marks.ANSWERED, NOTHING)
             self._end()
-
-    def go_on(self, *states: UiState) -> None:
-        """Continue after other states, where it was."""
-        parts = self._states.undrawn
-        self._states.begin(*states, UiState.DRAWING)
-        self._states.draw_last(NOTHING, *parts)
 
     def _save(self, name: str) -> None:
         saved, states = self._program.save(name), self._states
@@ -81,4 +90,4 @@ class NameEntry:
     def _end(self) -> None:
         self._states.add(UiState.MENU, UiState.DRAWING)
         self._states.draw_last(marks.MENU)
-        self._leave()
+        self._leave(True)

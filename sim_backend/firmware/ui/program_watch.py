@@ -35,7 +35,7 @@ class ProgramWatch:
     def due(self) -> bool:
         """Whether to check in the next pass whether a program has ended: nothing else reports that."""
         programs = self._programs
-        return programs.busy and not (programs.running and self._registers.runs_file)
+        return programs.busy and not programs.running
 
     def note_end(self, *, had_screen: bool) -> None:
         """Notice in the next pass that a program, perhaps one that could not start, is over."""

@@ -14,14 +14,17 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.question import Question
 from sim_backend.firmware.ui.registers import UiRegisters
-from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import UiState
+
+_REPORT = (marks.NOTHING, *marks.REPORT)
+"""What the message draws, pass by pass."""
 
 
 class RadioDialog:
-    """Shows the radio's question or message, and ends its request."""
+    """Shows the radio's question or message, and ends its request; what is interrupted continues where it was."""
 
     def __init__(
         self,
@@ -33,9 +36,9 @@ class RadioDialog:
         sound: SoundModule,
         radio: Radio,
     ) -> None:
-        self._clock, self._registers, self._keys, self._menu = clock, registers, keys, menu
+        self._registers, self._keys, self._menu = registers, keys, menu
         self._screen, self._sound, self._radio = screen, sound, radio
-        self._report: list[Marks] = []
+        self._parts, self.shown = [*_REPORT], PassCounter(clock)
         self._question = Question(screen, partial(registers.set, UiFlag.REDRAW_STATUS))
 
     def follow(self) -> None:
@@ -43,55 +46,44 @@ class RadioDialog:
         registers = self._registers
         pending = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
         shown = UiState.QUESTION if pending & RadioState.ASKING else UiState.REPORT
-        busy = registers.flags & UiFlag.BUSY or registers.from_menu or registers.starting
-        if pending and not busy and registers.state != shown:
-            registers.state = int(shown)
-            self.begin(shown, delay_ms=1)
-            self._menu.interrupt()
+        if pending and not registers.flags & UiFlag.BUSY and registers.state != shown:
+            registers.go_to(shown)
+            self._menu.drop()
         if pending and registers.state in states.RADIO_SHOWN:
             registers.set(UiFlag.BUSY)
 
-    def begin(self, state: int, *, delay_ms: int = 0) -> None:
-        """Begin with what a state of `RADIO_SHOWN` shows; with a question after a delay."""
-        if state == UiState.QUESTION:
-            self._question.begin()
-        else:
-            self._report, delay_ms = [*marks.REPORT], 2
-        self._registers.next_step_ms = self._clock.now_ms + delay_ms
-
-    def go_on_with_question(self) -> None:
+    def ask(self) -> None:
         """Draw the question, or follow a key, until it is answered."""
         question = self._question
+        self._registers.wake_in(1)
         if not question.sounded:
             question.sounded = True
             self._sound.play_own(ATTENTION, self._registers.volume)
         elif question.waits:
             question.press(self._keys.read())
         elif question.go_on():
+            question.begin()
             self._end(RadioState.ASKING)
-            return
-        self._registers.next_step_ms = self._clock.now_ms + 1
 
-    def follow_report(self) -> None:
-        """Draw a message part by part, each when the previous one is drawn; later end it."""
-        if self._registers.state != UiState.REPORT or self._clock.now_ms < self._registers.next_step_ms:
+    def report(self) -> None:
+        """Draw the message part by part, each when the previous one is drawn; later end it."""
+        registers = self._registers
+        if self._parts:
+            if not (self._parts[0].waits and self._screen.drawing):
+                self._screen.mark(self._parts.pop(0))
+            registers.wake_in(1)
             return
-        if not self._report:
-            self._end(RadioState.REPORTING)
+        left = times.REPORT_PASSES - self.shown.count()
+        if left > 0:
+            registers.wake_in(left)
             return
-        shown_ms = 1
-        if not self._screen.drawing:
-            self._screen.mark(self._report.pop(0))
-            shown_ms = 1 if self._report else times.REPORT_MS
-        self._registers.next_step_ms = self._clock.now_ms + shown_ms
+        self._parts, self.shown.value = [*_REPORT], 0
+        self._end(RadioState.REPORTING)
 
     def _end(self, state: RadioState) -> None:
-        """End the request: continue a page, or draw the main menu, unless a file was requested, or the brick is off."""
-        registers = self._registers
+        """End the request: continue a page, or draw the main menu, unless a file was requested."""
         self._radio.state &= ~int(state)
-        registers.clear(UiFlag.BUSY)
-        registers.state, registers.next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
-        if registers.is_on:
-            if not self._menu.has_page:
-                self._menu.reset()
-            self._menu.go_on_from(registers.state)
+        self._registers.clear(UiFlag.BUSY)
+        self._registers.go_to(UiState.MENU)
+        if not self._menu.keeps_page:
+            self._menu.reset()

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.files.names import NAME_SIZE
-from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.ui import times
+from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.states import UiState
+
+PICTURES = 17
+"""Number of the pictures of the logo."""
 
 
 class UiRegisters:
-    """Values of the Ui map, and the mode that the parts share.
+    """Values of the Ui map, and those that its states leave to each other.
 
     Attributes:
         flags: See `firmware_protocol.iomap.UiFlag`.
@@ -22,25 +27,30 @@ class UiRegisters:
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
         program_name: The file to start, 20 bytes.
         has_cable: Whether the USB cable is in.
-        next_step_ms: When the state has its next step.
-        off_ms: When it was decided to switch off; `NEVER` while the brick is on.
-        starting: Whether a start runs, by enter or by a state that was written.
-        left_start: Whether another state that was written has ended a start, whose flags are left.
-        from_menu: Whether a file that was run from its page has the screen; the state is still that of the page.
+        timer: Count of passes that several states share.
+        step: Step of a state that takes several, which they share, too; see `states.Step`.
+        picture: The picture of the logo that is shown, from 1 on.
+        wake_ms: The next pass in which the state has something to do.
+        starting: Whether a start is not over.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
         self.flags, self.state = int(UiFlag.ENABLE_STATUS), int(UiState.WAITING)
         self.button = self.force_off = self.error = self.pointer = 0
         self.run_state, self.has_cable = 1, True
         self.volume, self.program_name = MAX_VOLUME, bytes(NAME_SIZE)
-        self.next_step_ms = self.off_ms = NEVER
-        self.starting = self.left_start = self.from_menu = False
+        self.timer, self.step = PassCounter(clock, times.MELODY_PASSES), 0
+        self.picture, self.wake_ms, self.starting = PICTURES, NEVER, False
 
-    def leave_start(self) -> None:
-        """End a start, if one runs, by another state."""
-        self.left_start = self.left_start or self.starting
-        self.starting = False
+    def go_to(self, state: int) -> None:
+        """Continue with a state in the next pass."""
+        self.state = int(state)
+        self.wake_in(1)
+
+    def wake_in(self, passes: int) -> None:
+        """Run the state again after some passes, at the latest."""
+        self.wake_ms = min(self.wake_ms, self._clock.now_ms + passes)
 
     def set(self, flags: int) -> None:
         """Set bits of the flags."""
@@ -58,16 +68,6 @@ class UiRegisters:
     def usb_state(self) -> int:
         """2 while the USB cable is in, else 0."""
         return 2 * self.has_cable
-
-    @property
-    def is_on(self) -> bool:
-        """Whether the brick was not switched off."""
-        return self.off_ms == NEVER
-
-    @property
-    def runs_file(self) -> bool:
-        """Whether a file has the screen: a program, a sound, or the message about its end."""
-        return self.state == UiState.RUNNING or self.from_menu
 
     @property
     def requested(self) -> bool:

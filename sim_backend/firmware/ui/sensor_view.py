@@ -77,8 +77,7 @@ class SensorView:
         modern: Whether the firmware has a data log and the newer sensors.
 
     Attributes:
-        chosen: Whether the page is about to be shown, or its port to be set up.
-        shown: Whether the page is shown.
+        sets_up: Whether the port is set up in the next pass.
         modern: Whether ports are set up one pass after the beginning of the page, and keep their types.
         period_ms: Time from one drawing of the value to the next.
         step_ms: Period in which the page checks its ports.
@@ -86,7 +85,7 @@ class SensorView:
 
     def __init__(self, inputs: InputModule, outputs: OutputModule, i2c: I2CReader, *, modern: bool) -> None:
         self._inputs, self._outputs, self._i2c, self.step_ms = inputs, outputs, i2c, i2c.step_ms
-        self.chosen = self.shown = False
+        self.sets_up = False
         self.modern, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
         self._values, self._slow = (_VALUES, _SLOW) if modern else (_OLD_VALUES, 0)
         self._ports: dict[int, _Value] = {}
@@ -105,10 +104,10 @@ class SensorView:
         return place == (VIEW, self._slow)
 
     def opens(self, place: Place) -> bool:
-        """Return whether a place in the menus leads to the page, and choose it then."""
+        """Return whether a place in the menus leads to the page, and choose its value then."""
         if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
             return False
-        self.chosen, (_, item, port) = True, place
+        _, item, port = place
         value = self._values[item]
         if not self.modern:
             self.clear()
@@ -121,11 +120,11 @@ class SensorView:
 
     def set_up_again(self) -> None:
         """Set up the ports again in the next pass; old firmware only counts motors again."""
-        self.chosen, self._only_counts = True, not self.modern
+        self.sets_up, self._only_counts = True, not self.modern
 
     def set_up(self) -> None:
         """Set types and modes of the inputs that were shown, and count such motors from here on."""
-        self.chosen, only_counts, self._only_counts = False, self._only_counts, False
+        self.sets_up, only_counts, self._only_counts = False, self._only_counts, False
         for port, value in self._ports.items():
             if value is _MOTOR:
                 self._outputs.restart_count(port - SENSOR_PORTS)
@@ -150,5 +149,4 @@ class SensorView:
 
     def end(self) -> None:
         """Leave the page: the inputs have no types then, whatever was shown."""
-        self.shown = False
         self._inputs.drop_types()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum, IntEnum, auto
+from enum import IntEnum
 from typing import Protocol
 
 from firmware_protocol.iomap import UiFlag
@@ -34,24 +34,10 @@ class UiState(IntEnum):
     REPORT = 16
 
 
-IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
-
 KEY_STATES: dict[int, UiState] = {key: UiState[key.name] for key in Key}
 """The state that a key brings, by its button byte."""
 MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KEY_STATES.values())
-STARTED = (UiState.OPENING, UiState.RUNNING)
-"""States in which a file is opened, runs, or its end is shown."""
-
-LEAD_OFF = (UiState.MENU, UiState.DRAWING, UiState.LOGO, UiState.MELODY, *KEY_STATES.values())
-"""States that do not keep the brick on while it switches itself off."""
-
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
-
-PAUSING = (UiState.EMPTY, UiState.WAITING, UiState.LOW_BATTERY, *RADIO_SHOWN)
-"""States that leave the page of a menu or a file, if they are written to the map, which can continue."""
-
-GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
-"""States from which the menus continue if they are written to the map, and all such states."""
 
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
 """Requests to draw the status bar: executed in the next pass, or kept while a program has the screen."""
@@ -65,30 +51,20 @@ PROGRAMS, SOUND, ON_BRICK, LOG, OLD_LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".lo
 KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
 """Those of all versions; logs have another extension in 1.05."""
 
-STARTING: dict[int, tuple[UiState, int]] = {
-    UiState.LOGO: (UiState.MELODY, 897),
-    UiState.MELODY: (UiState.ENTRY, 1),
-    UiState.ENTRY: (UiState.MENU, 1),
-    UiState.MENU: (UiState.DRAWING, 1),
-    UiState.DRAWING: (UiState.WAITING, 1),
-}
-"""States of a start after the logo: the next one, and how long it lasts in ms."""
 
+class Step(IntEnum):
+    """Steps of the states LOGO and RUNNING."""
 
-class Run(Enum):
-    """Event that the state RUNNING waits for."""
-
-    BEGUN = auto()
-    TONE = auto()
-    DRAWING = auto()
-    TO_OPEN = auto()
-    PROGRAM = auto()
-    STEPS = auto()
-    ENDED = auto()
-    SOUND = auto()
-    LOG = auto()
-    MESSAGE = auto()
-    PAGE = auto()
+    BEGUN = 0
+    TONE = 1
+    LOADED = 2
+    DRAWING = 3
+    TO_OPEN = 4
+    PROGRAM = 5
+    SOUND = 6
+    STEPS = 7
+    ENDED = 8
+    MESSAGE = 9
 
 
 class Programs(Protocol):
