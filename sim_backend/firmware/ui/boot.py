@@ -60,14 +60,15 @@ class Boot:
         registers.go_to(UiState.LOGO)
 
     def show_empty(self) -> None:
-        """Show the empty battery for some time; a file that was requested waits after it, too."""
+        """Show the empty battery for some time, and then the logo; a file that was requested still waits."""
         registers = self._registers
         left = times.EMPTY_PASSES - registers.timer.count()
         if left > 0:
             registers.wake_in(left)
             return
         self._showed_empty = True
-        registers.flags = int(UiFlag.BUSY) | registers.flags & UiFlag.EXECUTE_FILE
+        registers.may_switch_off = True
+        registers.clear(UiFlag.ENABLE_STATUS)
         self._begin_logo()
 
     def show_logo(self) -> None:

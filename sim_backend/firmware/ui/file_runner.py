@@ -96,12 +96,14 @@ class FileRunner:
         """Run a file from its page."""
         self._registers.set(UiFlag.BUSY)
         self._registers.wake_in(1)
+        self._registers.may_switch_off = False
         self._file, self._registers.step = pack_name(self._menu.files.chosen), Step.TONE
 
     def run(self) -> None:
         """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
         registers, screen = self._registers, self._screen
         registers.timer.count()
+        registers.may_switch_off = False
         match registers.step:
             case Step.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
                 registers.wake_in(self._show_playing())
@@ -199,7 +201,6 @@ class FileRunner:
             registers.wake_in((left + 1) // 2)  # each pass counts twice
             return
         registers.clear(UiFlag.BUSY)
-        registers.step = Step.BEGUN
         self._programs.reset()
         self._screen.mark(marks.CLOSING)
         self._show_menu()
@@ -210,6 +211,7 @@ class FileRunner:
         A request made meanwhile is lost, but not where it was started there.
         """
         registers = self._registers
+        registers.step = Step.BEGUN
         registers.wake_in(1)
         if self._from_menu:
             self._menu.show_page()

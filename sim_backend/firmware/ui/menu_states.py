@@ -45,6 +45,7 @@ class MenuStates:
     def wait(self) -> None:
         """Wait for a key; this is also the end of a start."""
         registers = self._registers
+        registers.may_switch_off = True
         if registers.starting:
             registers.clear(UiFlag.BUSY)
             registers.starting = False

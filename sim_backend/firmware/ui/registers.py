@@ -32,6 +32,7 @@ class UiRegisters:
         picture: The picture of the logo that is shown, from 1 on.
         wake_ms: The next pass in which the state has something to do.
         starting: Whether a start is not over.
+        may_switch_off: Whether exit switches the brick off when it is held: not once a file runs, until state WAITING.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -41,7 +42,7 @@ class UiRegisters:
         self.run_state, self.has_cable = 1, True
         self.volume, self.program_name = MAX_VOLUME, bytes(NAME_SIZE)
         self.timer, self.step = PassCounter(clock, times.MELODY_PASSES), 0
-        self.picture, self.wake_ms, self.starting = PICTURES, NEVER, False
+        self.picture, self.wake_ms, self.starting, self.may_switch_off = PICTURES, NEVER, False, True
 
     def go_to(self, state: int) -> None:
         """Continue with a state in the next pass."""

@@ -20,7 +20,6 @@ from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import states
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
@@ -40,7 +39,7 @@ from sim_backend.firmware.ui.radio_dialog import RadioDialog
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.sensor_view import SensorView
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
-from sim_backend.firmware.ui.states import Programs, Step, UiState
+from sim_backend.firmware.ui.states import Programs, UiState
 from sim_backend.firmware.ui.status_bar import StatusBar
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 from sim_backend.firmware.versions import Version
@@ -141,7 +140,6 @@ class UiModule:
         self.battery.restart(self._clock.now_ms - 1)
         self.status_bar.restart()
         self._screen.on = True
-        self._menu.reset()
 
     @property
     def program_steps(self) -> ProgramSteps:
@@ -250,14 +248,11 @@ class UiModule:
             self.registers.set(UiFlag.UPDATE)
 
     def _follow_exit(self) -> None:
-        """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs.
-
-        A file that a written state has interrupted still counts in the states of the radio.
-        """
+        """Switch the brick off while exit's state says that it was held, but not in a start."""
         registers = self.registers
-        runs = registers.step != Step.BEGUN and (self._files.runs or registers.state in states.RADIO_SHOWN)
         held = self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS
-        if held and not (registers.starting or runs or self._menu.shows(self._power_off.page)):
+        may = registers.may_switch_off and not (registers.starting or self._menu.shows(self._power_off.page))
+        if held and may:
             registers.force_off = 1
 
     def _schedule(self, now_ms: int) -> None:
