@@ -16,7 +16,7 @@ from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
-from sim_backend.firmware.ui.page import Page
+from sim_backend.firmware.ui.page import CurrentPage, Page
 from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import Marks
@@ -40,6 +40,7 @@ class FileRunner:
         registers: UiRegisters,
         keys: KeyInput,
         menu: Menu,
+        current: CurrentPage,
         screen: ScreenRefresh,
         sound: SoundModule,
         programs: Programs,
@@ -48,7 +49,8 @@ class FileRunner:
         *,
         data_log: bool,
     ) -> None:
-        self._clock, self._registers, self._keys, self._menu = clock, registers, keys, menu
+        self._clock, self._registers, self._keys = clock, registers, keys
+        self._menu, self._current = menu, current
         self._screen, self._sound, self._programs = screen, sound, programs
         self._io_control, self._sleep_timer = io_control, sleep_timer
         self._known = (*states.KNOWN, states.LOG if data_log else states.OLD_LOG)
@@ -64,7 +66,7 @@ class FileRunner:
     @property
     def _from_menu(self) -> bool:
         """Whether it was run from its page; the state is still that of the page."""
-        return self._registers.state == UiState.DRAWING and self._menu.shows(self.page)
+        return self._registers.state == UiState.DRAWING and self._current.shows(self.page)
 
     @property
     def shows_program(self) -> bool:
@@ -80,7 +82,7 @@ class FileRunner:
         registers.set(UiFlag.BUSY)
         registers.go_to(UiState.OPENING)
         self._io_control.stays_on = False
-        self._menu.drop()
+        self._current.interrupt()
         self._sleep_timer.restart(self._clock.now_ms)
 
     def open(self) -> None:

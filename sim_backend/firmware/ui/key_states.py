@@ -118,17 +118,22 @@ class KeyStates:
             self._registers.set(UiFlag.REDRAW_STATUS)
 
     def go_on(self) -> bool:
-        """End the present pass: draw, and act; return whether a state follows.
+        """End the present pass, if it is one of these: draw, and act; return whether a state follows.
 
         The pass lasts on if it is held, or its drawing waits until others are done.
         """
+        if not self.left or self.left[0].state != self._registers.state:
+            return False
         present = self.left[0]
         if not ((present.drawn.waits and self._screen.drawing) or (present.held and present.held())):
             del self.left[0]
             self.draw(present.drawn)
             if present.action:
                 present.action()
-        if not self.left:
-            return False
-        self._registers.go_to(self.left[0].state)
-        return True
+        return self.follow()
+
+    def follow(self) -> bool:
+        """Go to the present state in the next pass; return whether there is one."""
+        if self.left:
+            self._registers.go_to(self.left[0].state)
+        return self.shown

@@ -42,7 +42,7 @@ class NameEntry:
         leave: Callable[[bool], None],
     ) -> None:
         self._registers, self._keys, self._program, self._states, self._leave = registers, keys, program, states, leave
-        self.page = Page(self._draw_rest, self._go_on, stays=True)
+        self.page = Page(self._draw_rest, self._go_on, stays=True, interrupt=self._interrupt)
         self._entry, self._rest = TextEntry(_OFFERED), list[Marks]()
 
     def begin(self) -> None:
@@ -50,7 +50,7 @@ class NameEntry:
         self._entry = TextEntry(_OFFERED)
         self._states.draw_last(NOTHING, *marks.TEXT)
 
-    def interrupt(self) -> None:
+    def _interrupt(self) -> None:
         """Keep what is left to draw: another state was written."""
         if self._states.shown:
             self._rest = [*self._states.undrawn]

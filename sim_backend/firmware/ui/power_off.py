@@ -8,8 +8,7 @@ from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import times
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import Key
-from sim_backend.firmware.ui.menu import Menu
-from sim_backend.firmware.ui.page import Page
+from sim_backend.firmware.ui.page import CurrentPage, Page
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
 from sim_backend.firmware.ui.states import Programs, Step, UiState
@@ -28,14 +27,14 @@ class PowerOff:
         self,
         registers: UiRegisters,
         keys: KeyInput,
-        menu: Menu,
+        current: CurrentPage,
         screen: ScreenRefresh,
         programs: Programs,
         radio: Radio,
         io_control: IoControl,
         sleep_timer: SleepTimer,
     ) -> None:
-        self._registers, self._keys, self._menu, self._screen = registers, keys, menu, screen
+        self._registers, self._keys, self._current, self._screen = registers, keys, current, screen
         self._programs, self._radio, self._io_control, self._sleep_timer = programs, radio, io_control, sleep_timer
         self.page = Page(self._begin, self._go_on, stays=True)
         self._display_on = self._power_on = self._leaves_radio = self._starts = False
@@ -48,7 +47,8 @@ class PowerOff:
         if registers.force_off:
             registers.force_off = 0
             registers.go_to(UiState.DRAWING)
-            self._menu.open(self.page)
+            self._current.interrupt()
+            self._current.open(self.page)
 
     def _begin(self) -> None:
         if self._programs.active:

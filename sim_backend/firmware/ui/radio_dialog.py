@@ -14,6 +14,7 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.page import CurrentPage
 from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.question import Question
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -32,11 +33,12 @@ class RadioDialog:
         registers: UiRegisters,
         keys: KeyInput,
         menu: Menu,
+        current: CurrentPage,
         screen: ScreenRefresh,
         sound: SoundModule,
         radio: Radio,
     ) -> None:
-        self._registers, self._keys, self._menu = registers, keys, menu
+        self._registers, self._keys, self._menu, self._current = registers, keys, menu, current
         self._screen, self._sound, self._radio = screen, sound, radio
         self._parts, self.shown = [*_REPORT], PassCounter(clock)
         self._question = Question(screen, partial(registers.set, UiFlag.REDRAW_STATUS))
@@ -48,7 +50,7 @@ class RadioDialog:
         shown = UiState.QUESTION if pending & RadioState.ASKING else UiState.REPORT
         if pending and not registers.flags & UiFlag.BUSY and registers.state != shown:
             registers.go_to(shown)
-            self._menu.drop()
+            self._current.interrupt()
         if pending and registers.state in states.RADIO_SHOWN:
             registers.set(UiFlag.BUSY)
 
@@ -85,5 +87,5 @@ class RadioDialog:
         self._radio.state &= ~int(state)
         self._registers.clear(UiFlag.BUSY)
         self._registers.go_to(UiState.MENU)
-        if not self._menu.keeps_page:
+        if not self._current.stays:
             self._menu.reset()

@@ -27,11 +27,13 @@ from sim_backend.firmware.ui.data_log import DataLog
 from sim_backend.firmware.ui.file_runner import FileRunner
 from sim_backend.firmware.ui.i2c_reader import I2CReader
 from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.menu_states import MenuStates
+from sim_backend.firmware.ui.page import CurrentPage
 from sim_backend.firmware.ui.power_off import PowerOff
 from sim_backend.firmware.ui.program_steps import ProgramSteps
 from sim_backend.firmware.ui.program_watch import ProgramWatch
@@ -87,19 +89,33 @@ class UiModule:
         i2c = I2CReader(low_speed, modern=data_log)
         view = SensorView(inputs, outputs, i2c, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, i2c, programs, screen))
+        states = KeyStates(registers, screen)
+        self._current = current = CurrentPage(states)
         self._menu = menu = Menu(
-            clock, registers, keys, settings, loader, screen, view, logs, steps, radio, has_log=data_log
+            clock,
+            registers,
+            keys,
+            current,
+            states,
+            settings,
+            loader,
+            screen,
+            view,
+            logs,
+            steps,
+            radio,
+            has_log=data_log,
         )
         self._warning = BatteryWarning(clock, registers, battery, keys, screen)
         self._files = FileRunner(
-            clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
+            clock, registers, keys, menu, current, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
         self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
         self._boot = Boot(registers, battery, self._warning, screen, self.status_bar, sound, self._restart)
-        self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
-        self._power_off = PowerOff(registers, keys, menu, screen, programs, radio, io_control, sleep_timer)
+        self._dialog = RadioDialog(clock, registers, keys, menu, current, screen, sound, radio)
+        self._power_off = PowerOff(registers, keys, current, screen, programs, radio, io_control, sleep_timer)
         self._watch = ProgramWatch(registers, programs, sound, screen, restores=version.end_restores_screen)
-        self._menu_states = MenuStates(registers, keys, menu)
+        self._menu_states = MenuStates(registers, keys, menu, current, states)
         self._handlers = self._handlers_of_states()
         self._counters = {registers.timer, self._files.playing, self._dialog.shown, *menu.counters}
         self.due_ms, self._event_ms = 0, NEVER
@@ -155,7 +171,7 @@ class UiModule:
     def map_state(self, state: int) -> None:
         if state != self.registers.state:
             self.registers.state = state
-            self._menu.drop()
+            self._current.interrupt()
 
     def wake(self) -> None:
         """Run in this module's next turn."""
@@ -251,7 +267,7 @@ class UiModule:
         """Switch the brick off while exit's state says that it was held, but not in a start."""
         registers = self.registers
         held = self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS
-        may = registers.may_switch_off and not (registers.starting or self._menu.shows(self._power_off.page))
+        may = registers.may_switch_off and not (registers.starting or self._current.shows(self._power_off.page))
         if held and may:
             registers.force_off = 1
 
