@@ -67,6 +67,7 @@ class Boot:
             registers.wake_in(left)
             return
         self._showed_empty = True
+        self._warning.omit()
         registers.may_switch_off = True
         registers.clear(UiFlag.ENABLE_STATUS)
         self._begin_logo()

@@ -36,8 +36,8 @@ class PowerOff:
     ) -> None:
         self._registers, self._keys, self._current, self._screen = registers, keys, current, screen
         self._programs, self._radio, self._io_control, self._sleep_timer = programs, radio, io_control, sleep_timer
-        self.page = Page(self._begin, self._go_on, stays=True)
-        self._display_on = self._power_on = self._leaves_radio = self._starts = False
+        self.page = Page(self._run, self._run, stays=True)
+        self._leaves_radio = False
 
     def follow(self) -> None:
         """Begin to switch off when the sleep timer has expired, or on request."""
@@ -45,36 +45,33 @@ class PowerOff:
         if self._sleep_timer.expired:
             registers.force_off = 1
         if registers.force_off:
-            registers.force_off = 0
+            registers.force_off, registers.step = 0, Step.BEGUN
             registers.go_to(UiState.DRAWING)
             self._current.interrupt()
             self._current.open(self.page)
 
-    def _begin(self) -> None:
-        if self._programs.active:
-            self._programs.stop()
-        self._display_on = self._power_on = True
-        self._starts = False
-        self._registers.step, self._registers.timer.value = Step.MESSAGE, times.MESSAGE_PASSES
-        self._registers.wake_in(1)
-
-    def _go_on(self) -> None:
+    def _run(self) -> None:
         """Switch off the display, then the power, each a pass after the maps show it; later take keys."""
         registers = self._registers
-        if self._display_on or self._power_on:
-            registers.wake_in(1)
-        if self._display_on:
-            self._display_on = self._screen.on = False
-            self._leaves_radio = self._radio.disconnect()
-        elif self._power_on:
-            self._power_on = self._leaves_radio and self._radio.seems_busy
-            if not self._power_on:
+        match registers.step:
+            case Step.BEGUN:
+                if self._programs.active:
+                    self._programs.stop()
+                registers.step = Step.TONE
+            case Step.TONE:
+                self._screen.on = False
+                self._leaves_radio = self._radio.disconnect()
+                registers.step = Step.DRAWING
+            case Step.DRAWING if not (self._leaves_radio and self._radio.seems_busy):
                 self._io_control.announce_power_down()
-                registers.timer.value = 0
-        elif self._starts:
-            registers.go_to(UiState.START)
-        else:
-            self._stay_off()
+                registers.step, registers.timer.value = Step.MESSAGE, 0
+            case Step.MESSAGE:
+                self._stay_off()
+                return
+            case Step.STARTS:
+                self._current.end()
+                registers.go_to(UiState.START)
+        registers.wake_in(1)
 
     def _stay_off(self) -> None:
         """Take the command to switch off back once keys count again; enter starts the brick."""
@@ -87,5 +84,5 @@ class PowerOff:
         self._io_control.take_back()
         if self._keys.read() == Key.ENTER:
             self._keys.ignore()
-            self._starts, self._io_control.stays_on = True, False
+            registers.step, self._io_control.stays_on = Step.STARTS, False
             registers.wake_in(1)

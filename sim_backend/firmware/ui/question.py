@@ -36,7 +36,11 @@ class Question:
     def begin(self) -> None:
         """Begin to draw it."""
         self._entry, self._parts = TextEntry(_PIN), [*marks.TEXT]
-        self.sounded = self.chosen = self._has_bar = self._erased = False
+        self.sounded = self.chosen = self._pops_up = self._has_bar = self._erased = False
+
+    def redraw(self) -> None:
+        """Draw the text once more."""
+        self._parts = [marks.TEXT[0], *self._entry.drawn]
 
     @property
     def waits(self) -> bool:
@@ -53,8 +57,9 @@ class Question:
 
     def go_on(self) -> bool:
         """Draw its next part, or erase it after the answer; return whether it ends now."""
-        if not self._screen.pops_up:
+        if not self._pops_up:
             if not self._screen.drawing:
+                self._pops_up = True
                 self._screen.pop_up()
         elif not self._has_bar:
             self._has_bar = True

@@ -54,6 +54,11 @@ class RadioDialog:
         if pending and registers.state in states.RADIO_SHOWN:
             registers.set(UiFlag.BUSY)
 
+    def redraw(self) -> None:
+        """Draw them once more when they continue: a file was opened, or the brick was started."""
+        self._question.redraw()
+        self._parts, self.shown.value = [*_REPORT], 0
+
     def ask(self) -> None:
         """Draw the question, or follow a key, until it is answered."""
         question = self._question

@@ -81,7 +81,7 @@ VERSION, VERSION_ENDS = Marks(update=0xFC), Marks(0x2000_0000)
 """The version, and its end."""
 FOUND = Marks(update=0x400)
 """The result of a search of the radio."""
-LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
+LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000, _ALL, _ALL, keeps_centered=True), Marks(0x10_0000, 0x10_0000)
 """The first picture of a start, and the others."""
 EMPTY, ENTRY = Marks(update=0x10_0000, drop=_ALL), Marks(0x2000_0000)
 """The picture of an empty battery in a start, and the end of the pictures."""

@@ -53,7 +53,7 @@ KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
 
 
 class Step(IntEnum):
-    """Steps of the states LOGO and RUNNING."""
+    """Steps of the states LOGO and RUNNING, and of switching off."""
 
     BEGUN = 0
     TONE = 1
@@ -65,6 +65,7 @@ class Step(IntEnum):
     STEPS = 7
     ENDED = 8
     MESSAGE = 9
+    STARTS = 10
 
 
 class Programs(Protocol):

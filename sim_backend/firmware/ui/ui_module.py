@@ -137,11 +137,15 @@ class UiModule:
             UiState.ENTER: partial(menu.follow, Key.ENTER),
             UiState.EXIT: partial(menu.follow, Key.EXIT),
             UiState.QUESTION: self._dialog.ask,
-            UiState.OPENING: files.open,
+            UiState.OPENING: self._open_file,
             UiState.RUNNING: files.run,
             UiState.LOW_BATTERY: self._warning.wait,
             UiState.REPORT: self._dialog.report,
         }
+
+    def _open_file(self) -> None:
+        self._dialog.redraw()
+        self._files.open()
 
     def _load_settings(self) -> None:
         self._stored.load()
@@ -156,6 +160,7 @@ class UiModule:
         self.battery.restart(self._clock.now_ms - 1)
         self.status_bar.restart()
         self._screen.on = True
+        self._dialog.redraw()
 
     @property
     def program_steps(self) -> ProgramSteps:
