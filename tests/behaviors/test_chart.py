@@ -103,10 +103,17 @@ def test_a_lost_link_suspends_any_state_and_its_return_resumes_it(state):
     assert _send(chart, Event.LINK_LOST, Event.LINK_BACK) == ["suspended", state]
 
 
+def test_the_policy_may_say_which_target_is_next_after_one_that_is_given_up():
+    chart = MissionChart(TargetQueue(("lena", "fox", "box")), lambda: Choice(CHANGE_TARGET, "test", instead="box"))
+    _send(chart, Event.START, Event.SEARCH_FAILED)
+    assert (chart.queue.target, chart.queue.outcomes["lena"]) == ("box", TargetOutcome.GIVEN_UP)
+
+
+@pytest.mark.parametrize("ahead", [[], [Event.OBSTACLE], [Event.OBSTACLE, Event.CONTACT]], ids=str)
 @pytest.mark.parametrize("state", list(REACH))
-def test_a_trip_ends_the_mission_from_any_state(state):
+def test_a_trip_ends_the_mission_from_any_state(state, ahead):
     chart = _chart(WAIT)
-    _send(chart, *REACH[state])
+    _send(chart, *REACH[state], *ahead)
     assert _send(chart, Event.TRIP) == ["finished"]
     assert chart.is_terminated
 

@@ -16,6 +16,7 @@ from behaviors.recoveries import (
     MOVE_TO,
     RECOVERIES,
     WAIT,
+    Candidate,
     Choice,
     choice_from,
     recovery_in,
@@ -98,6 +99,18 @@ def test_every_recovery_has_one_transition_into_each_of_its_states(recovery):
 )
 def test_a_place_is_named_by_the_distances_that_count(place, words):
     assert Choice(MOVE_TO, "", route=(place,)).words() == f"look from {words}"
+
+
+@pytest.mark.parametrize("route", [((1.0, 2.0, 3.0),), ((1.0,),), (("1", 2.0),), (math.nan, 0.0), ((0.0, math.inf),)])
+def test_a_route_that_is_not_of_places_is_refused(route):
+    with pytest.raises(TypeError, match="route must be places"):
+        Choice(MOVE_TO, "test", route=route)
+
+
+@pytest.mark.parametrize(("chance", "expected_s"), [(1.0, 10.0 + 6.0), (0.0, 10.0 + 40.0), (0.5, 10.0 + 3.0 + 20.0)])
+def test_what_follows_success_and_failure_counts_by_its_chance(chance, expected_s):
+    candidate = Candidate(Choice(WAIT, "test"), 10.0, chance, otherwise_s=40.0, then_s=6.0)
+    assert candidate.expected_s == pytest.approx(expected_s)
 
 
 def test_a_choice_with_numbers_of_numpy_can_be_written_into_the_journal():
