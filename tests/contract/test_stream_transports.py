@@ -208,6 +208,7 @@ def test_closing_gives_the_socket_back():
         assert ours.fileno() == -1
 
 
+@pytest.mark.slow
 def test_a_telegram_waits_for_a_peer_that_is_slow_to_take_it(connected):
     transport, peer = connected
 

@@ -90,6 +90,7 @@ def test_a_brick_in_use_does_not_switch_itself_off(lab):
     assert room.simulation.brick.powered_off
 
 
+@pytest.mark.slow
 def test_a_sleep_timer_that_is_shortened_later_does_not_switch_a_brick_in_use_off(lab):
     room = lab()
     room.brick.request(SetProperty(Property.SLEEP_TIME, (3_600_000).to_bytes(4, "little")))
