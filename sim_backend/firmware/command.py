@@ -20,9 +20,9 @@ from sim_backend.firmware.vm.clump_records import ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Memory, OutOfMemory, fresh_pool
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Memory, OutOfMemory
 from sim_backend.firmware.vm.opcodes import OPCODES
-from sim_backend.firmware.vm.pool_layout import Layout
+from sim_backend.firmware.vm.pool_layout import POOL_SIZE, Layout, fresh_pool
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
 
 _POOL_AT = COMMAND.field("MemoryPool").offset
@@ -236,8 +236,8 @@ class CommandModule:
         self.due_ms = self._clock.now_ms
 
     def set_times(self, sync_time: int) -> None:
-        """Store the given time and the brick's."""
-        self.sync_time, self.sync_tick = sync_time, self.tick
+        """Store the given time and the brick's, which unlike the Tick of the map is never behind."""
+        self.sync_time, self.sync_tick = sync_time, self._clock.now_ms & 0xFFFF_FFFF
 
     def run(self, now_ms: int) -> None:
         """Start, run, stop or remove a program."""

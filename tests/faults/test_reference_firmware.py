@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction
 from nxtdrive.tools.dev.faults.campaign import Tally
-from nxtdrive.tools.dev.faults.reference_firmware import campaign, parse
+from nxtdrive.tools.dev.faults.reference_firmware import campaign, compare, parse
 
 FIRMWARE = """
 import sys
@@ -52,3 +53,15 @@ def test_another_status_is_a_violation(tally):
 @pytest.mark.slow
 def test_a_firmware_without_answers_is_not_a_violation(tally):
     assert tally(" and sys.exit(1)").outcomes == {"1.05: LEGO's firmware hangs or crashes": 3}
+
+
+@pytest.mark.slow
+def test_other_random_numbers_are_not_a_difference(tmp_path, monkeypatch):
+    monkeypatch.setattr("nxtdrive.tools.dev.faults.reference_firmware.HANG_S", 100)
+    script = tmp_path / "reference.py"
+    script.write_text(FIRMWARE.replace("{change}", "").replace("sys.argv[1]", "sys.argv[1], seed=7"))
+    variables = Variables()
+    number, _ = variables.call(0)
+    program = assemble(variables, [instruction(0x28, 24, number), instruction(0x25, 0)])
+    (reference,) = parse([f"1.29={sys.executable} {script} 1.29"], [])
+    assert compare(reference, program)[0] == "random numbers"

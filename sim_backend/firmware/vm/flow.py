@@ -65,9 +65,9 @@ def _wrong_jump(machine: Machine, instruction: Instruction) -> Step:
     """
     relation, end, distance = instruction.flags, len(machine.program.code), instruction.arguments[0]
     left, right = (Place(argument) for argument in instruction.arguments[1:])
-    start = machine.program.clumps[machine.task.number].start
 
     def run() -> int:
+        start = machine.program.clumps[machine.task.number].start
         holds = compare(machine.data, relation, left, right)
         word = instruction.at + (s16(distance) if holds else distance - (machine.turn_start - start))
         return word if word >= 0 else end

@@ -103,7 +103,7 @@ class Machine:
 
     def _set_code(self, code: tuple[int, ...]) -> None:
         decoder = partial(decode, checks_short_forms=self.dialect.checks_short_forms)
-        self._compiler = Compiler(code, decoder, self._translate, self.operands)
+        self._compilers = [Compiler(code, decoder, self._translate, self.operands) for _ in range(2)]  # see Task.misses
         self.spins = frozenset(at for at in range(len(code)) if code[at : at + 2] == _JUMP_TO_ITSELF)
 
     def change_code(self, content: bytes) -> None:
@@ -144,8 +144,8 @@ class Machine:
             self._run_turns(step=step)
         except FAILURES as failure:
             self.error = error_code(failure)
-            if self.dialect.runs_past_end and self._compiler.failed_at is not None:
-                self.task.pc = self._compiler.failed_at  # others show where the turn began
+            if self.dialect.runs_past_end and self._compilers[0].failed_at is not None:
+                self.task.pc = self._compilers[0].failed_at  # others show where the turn began
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
 
@@ -242,8 +242,8 @@ class Machine:
     def _block(self, pc: int) -> Block:
         task = self.task
         if pc >= task.end:  # the first instruction after a start or a wait runs wherever it is
-            return self._compiler.block(pc, pc + (pc == task.pc))
-        task.blocks[pc] = self._compiler.block(pc, task.end)
+            return self._compilers[task.misses].block(pc, pc + (pc == task.pc))
+        task.blocks[pc] = self._compilers[task.misses].block(pc, task.end)
         return task.blocks[pc]
 
     def _check_suspended(self, task: Task) -> None:

@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from sim_backend.firmware.vm.numbers import SCALARS, SIGNED, Number, single
-from sim_backend.firmware.vm.pool_layout import Layout
+from sim_backend.firmware.vm.pool_layout import POOL_SIZE, Layout, fresh_pool
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
 
-POOL_SIZE = 32_768
 NOT_AN_OFFSET = NO_ARRAY = 0xFFFF
 """Offset of an array that never had an element, and the number that stands for no descriptor."""
 
@@ -25,14 +24,11 @@ _ERASED = 0xFF
 _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
 """Parts of arrays and clusters for which a pass has time, far more than a brick's processor has; parts after which an
 instruction of a damaged program, whose arrays contain themselves, is aborted; copied bytes that count as one."""
-_FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _MOST_ADDED = 200
 """Most free descriptors that the start of a program adds."""
 _OFFSET, _OFFSETS = 0xFFFF, 0x1_0000
 """Bits of an offset, and of the size of an array; number of offsets."""
-_AFTER_POOL = 0xA0000
-"""Bytes of memory after the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
 DESCRIPTOR_SIZE, LENGTH_AT = DESCRIPTOR.size, 4
 INDEX = struct.Struct("<H")
@@ -45,15 +41,6 @@ class OutOfMemory(Exception):
 
 class PoolFull(OutOfMemory):
     """The pool has no room for an array."""
-
-
-def fresh_pool(after: bytes = b"\0") -> bytearray:
-    """Return a pool as the firmware prepares it, and the memory after it, which damaged programs reach.
-
-    Args:
-        after: The bytes that repeat there.
-    """
-    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (after * (_AFTER_POOL // len(after) + 1))[:_AFTER_POOL])
 
 
 class Array(NamedTuple):

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+POOL_SIZE = 32_768
+_FILL = bytes.fromhex("efbeadde")
+_AFTER_POOL = 0xA0000
+"""Bytes of memory after the pool: numbers of descriptors have 16 bits."""
+
 
 class Layout(NamedTuple):
     """Differences between firmwares.
@@ -24,3 +29,12 @@ class Layout(NamedTuple):
     doubly_linked: bool
     types: bytes
     called: int = 0
+
+
+def fresh_pool(after: bytes = b"\0") -> bytearray:
+    """Return a pool as the firmware prepares it, and the memory after it, which damaged programs reach.
+
+    Args:
+        after: The bytes that repeat there.
+    """
+    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (after * (_AFTER_POOL // len(after) + 1))[:_AFTER_POOL])

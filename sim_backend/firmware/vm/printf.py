@@ -7,8 +7,9 @@ import re
 import struct
 
 from sim_backend.firmware.cint import s8, s16, s32
-from sim_backend.firmware.vm.memory import POOL_SIZE, OutOfMemory
+from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.numbers import Number
+from sim_backend.firmware.vm.pool_layout import POOL_SIZE
 
 _CONVERSION = re.compile(
     r"%(?P<flags>[+\-# 0]*)(?P<width>\d*)(?:\.(?P<precision>\d*))?(?P<length>[hl]*)(?P<kind>[diuxXoceEfFgG])|%%"

@@ -13,7 +13,7 @@ from sim_backend.devices.digital import GenericI2CDevice
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.versions import FIRMWARES
-from sim_backend.firmware.vm.memory import POOL_SIZE
+from sim_backend.firmware.vm.pool_layout import POOL_SIZE
 from sim_backend.firmware.vm.rxe import Type
 from sim_backend.firmware.vm.syscalls import CALLS
 
