@@ -53,8 +53,8 @@ def move(data: Data, target: Place, source: Place) -> Again | None:
     return calculate_each(data, _same, target, source, copies_arrays=same_scalars, whole=np.positive)
 
 
-def _same(_: int, value: Number, __: int) -> Number:
-    return value
+def _same(target: int, value: Number, kind: int) -> Number:
+    return 0.0 if kind == Type.VOID and target == Type.FLOAT else value
 
 
 def same_scalars(data: Data, left: int, right: int) -> bool:
@@ -234,6 +234,8 @@ def _whole(data: Data, place: Place) -> tuple[int, int]:
 
 def comparable(left: Number, left_kind: int, right: Number, right_kind: int) -> tuple[Number, Number]:
     """Return two numbers as they are compared and divided: unsigned, unless both have a sign or one is a float."""
-    if (left_kind in SIGNED and right_kind in SIGNED) or Type.FLOAT in (left_kind, right_kind):
+    if Type.FLOAT in (left_kind, right_kind):
+        return 0 if left_kind == Type.VOID else left, 0 if right_kind == Type.VOID else right
+    if left_kind in SIGNED and right_kind in SIGNED:
         return left, right
     return int(left) & _U32, int(right) & _U32

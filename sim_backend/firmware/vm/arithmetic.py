@@ -41,7 +41,10 @@ def _unsigned(machine: Machine, argument: int) -> str:
 def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
     """Return the expressions of two scalars as they are compared and divided, see `aggregates.comparable`."""
     kinds = machine.data.kind(left), machine.data.kind(right)
-    if (kinds[0] in SIGNED and kinds[1] in SIGNED) or Type.FLOAT in kinds:
+    if Type.FLOAT in kinds:
+        first, second = ("0" if machine.data.kind(it) == Type.VOID else machine.operands.value(it) for it in (left, right))
+        return first, second
+    if kinds[0] in SIGNED and kinds[1] in SIGNED:
         return machine.operands.value(left), machine.operands.value(right)
     return _unsigned(machine, left), _unsigned(machine, right)
 
@@ -186,7 +189,7 @@ def _move(machine: Machine, instruction: Instruction) -> Translation:
     target, source = (Place(argument) for argument in instruction.arguments)
     to, of = _kinds(machine, instruction)
     effect = None
-    if operands.scalars(*instruction.arguments) and (of != Type.FLOAT or to == Type.FLOAT):
+    if operands.scalars(*instruction.arguments) and (of != Type.FLOAT or to == Type.FLOAT) and of != Type.VOID:
         effect = operands.calculation(instruction.arguments, operands.value(source.entry), (1, 0), _range(of))
     return effect or _of_arrays(machine, instruction, lambda: aggregates.move(data, target, source))
 

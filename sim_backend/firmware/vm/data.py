@@ -120,9 +120,11 @@ class Data:
         return self.memory.load(kind, at + (offset & _OFFSET)) if kind in SCALARS else 0
 
     def put(self, argument: int, value: float, offset: int = 0) -> None:
-        """Set a scalar, nothing else; numbers are converted to its type."""
+        """Set a scalar, nothing else; numbers are converted to its type, but a float is not stored in a VOID."""
         kind = self.kind(argument)
         if kind != Type.FLOAT and isinstance(value, float):
+            if kind == Type.VOID:
+                return
             value = self.whole(value, kind)
         if argument >= self.first_field:
             self.fields.put_field(argument, int(value))

@@ -74,6 +74,11 @@ _FLOAT: Mapping[int, Callable[[float, float], float]] = {
 }
 
 
+def as_float(value: Number, kind: int) -> float:
+    """Return a number of a type as an operation of floats uses it: a VOID counts as 0."""
+    return 0.0 if kind == Type.VOID else single(value)
+
+
 def binary(opcode: int, *, float_remainder: bool) -> Binary:
     """Return the operation of two numbers of an opcode; remainders of floats are floats or integers."""
     of_integers, of_floats = _INTEGER[opcode], _FLOAT[opcode]
@@ -82,7 +87,7 @@ def binary(opcode: int, *, float_remainder: bool) -> Binary:
 
     def run(target: int, left: Number, left_kind: int, right: Number, right_kind: int) -> Number:
         if Type.FLOAT in (target, left_kind, right_kind):
-            return single(of_floats(single(left), single(right)))
+            return single(of_floats(as_float(left, left_kind), as_float(right, right_kind)))
         if opcode in _SIGN_MATTERS:
             left, right = comparable(left, left_kind, right, right_kind)
         return of_integers(int(left), int(right))
@@ -95,7 +100,7 @@ def unary(opcode: int) -> Unary:
 
     def run(target: int, value: Number, kind: int) -> Number:
         if Type.FLOAT in (target, kind):
-            return single(_FLOAT_UNARY[opcode](single(value)))
+            return single(_FLOAT_UNARY[opcode](as_float(value, kind)))
         return _INTEGER_UNARY[opcode](int(value))
 
     return run

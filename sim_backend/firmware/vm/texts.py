@@ -82,19 +82,20 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
     find = data.finder(source)
     is_integer = dialect.scans_integers and kind != Type.FLOAT
     pattern = _INTEGER if is_integer else _FLOAT
+    whole = float if kind == Type.VOID and not is_integer else int
     past = _PAST_INTEGER if is_integer else _PAST_FLOAT_WITH_EXPONENT if dialect.scans_integers else _PAST_FLOAT
 
     def scan(start: int, default: int) -> tuple[Number, int]:
         at = find()[0]
         text = data.text_at(at + start)
         if len(text) <= _EXACT_DIGITS and text.isdigit():
-            return int(text), start + len(text)
+            return whole(text), start + len(text)
         found = pattern.match(text)
         if is_integer:
             number: Number = int(max(_MIN_S32, min(float(found[1]), _MAX_S32))) if found else s32(default)
         else:
             number = _float(found[1]) if found else single(default)
-            number = number if kind == Type.FLOAT else data.whole(number, kind)
+            number = number if kind in (Type.FLOAT, Type.VOID) else data.whole(number, kind)
         end = past.match(data.memory.pool, at + start) if found else None
         return number, end.end() - at if end else 0
 
