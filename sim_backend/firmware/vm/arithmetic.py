@@ -42,7 +42,9 @@ def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
     """Return the expressions of two scalars as they are compared and divided, see `aggregates.comparable`."""
     kinds = machine.data.kind(left), machine.data.kind(right)
     if Type.FLOAT in kinds:
-        first, second = ("0" if machine.data.kind(it) == Type.VOID else machine.operands.value(it) for it in (left, right))
+        first, second = (
+            "0" if machine.data.kind(it) == Type.VOID else machine.operands.value(it) for it in (left, right)
+        )
         return first, second
     if kinds[0] in SIGNED and kinds[1] in SIGNED:
         return machine.operands.value(left), machine.operands.value(right)
