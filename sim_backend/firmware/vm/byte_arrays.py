@@ -108,7 +108,7 @@ def _quick_resizer(array: ByteArray) -> Callable[[int], int]:
                 if offset == NOT_AN_OFFSET or (link != NO_ARRAY and following + DESCRIPTOR_SIZE > len(pool)):
                     return -1
                 end, work = (memory.end, 1) if link == NO_ARRAY else (index(pool, following)[0], 2)
-                if element * count & 0xFFFF > end - offset:
+                if element * count & 0xFFFF > end - offset & 0xFFFF:
                     return -1
             memory.work_left -= work
             set_word(pool, own + LENGTH_AT, count & 0xFFFF)
@@ -131,7 +131,7 @@ def _quick_resizer(array: ByteArray) -> Callable[[int], int]:
             if offset == NOT_AN_OFFSET or (link != NO_ARRAY and following + _WORDS > len(words)):
                 return -1
             end, work = (memory.end, 1) if link == NO_ARRAY else (words[following], 2)
-            if words[own + 1] * count & 0xFFFF > end - offset:
+            if words[own + 1] * count & 0xFFFF > end - offset & 0xFFFF:
                 return -1
             memory.work_left -= work
             words[own + _LENGTH] = count & 0xFFFF
