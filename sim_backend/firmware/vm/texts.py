@@ -175,14 +175,23 @@ def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
 def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
     """Copy a text without its closing zero; nothing if it has no bytes at all."""
     target, source = arguments
-    content = data.bytes_of(source)
-    if content:
-        data.set_bytes(target, content[:-1])
+    size = data.span(source)[1]
+    if size:
+        _copy(data, data.resizer(target).slow(size - 1), source, size - 1)
 
 
 def _bytes_to_text(data: Data, arguments: tuple[int, ...]) -> None:
     target, source = arguments
-    data.set_bytes(target, data.bytes_of(source) + b"\0")
+    size = data.span(source)[1]
+    to = data.resizer(target).slow(size + 1)
+    _copy(data, to, source, size)
+    data.memory.write(to + size - data.memory.base, b"\0")
+
+
+def _copy(data: Data, to: int, source: int, size: int) -> None:
+    """Copy bytes of an array, which the resized target may have moved or overwritten, to a place in the pool."""
+    memory = data.memory
+    memory.write(to - memory.base, memory.read(data.span(source)[0] - memory.base, size))
 
 
 TABLE: Mapping[tuple[int, int], Translate] = {
