@@ -100,6 +100,11 @@ class Radio:
         return self._on
 
     @property
+    def shows_off(self) -> bool:
+        """Whether the state says that it is off, which the map can overwrite."""
+        return bool(self.state & RadioState.OFF)
+
+    @property
     def awaits_lost_answer(self) -> bool:
         """Whether the firmware waits for the answer to a command that stream mode has lost."""
         return self.operating and self._is_lost
@@ -230,9 +235,10 @@ class Radio:
             lead_ms: How much earlier the command reaches the radio than that of a telegram.
         """
         self._settle()
-        if self.busy or (on and not self.state & RadioState.OFF):
+        if self.busy or (on and not self.shows_off):
             return False
         if on:
+            self._state = int(RadioState.OFF)
             self._occupy(
                 163,
                 *self._started(154, self._stored_name, on_ms=162, last_ms=163),
@@ -284,7 +290,7 @@ class Radio:
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
         self._settle()
-        off = self.state & RadioState.OFF  # which the map can overwrite
+        off = self.shows_off
         wait, woken = (154, answers.woken(154)) if off else (0, [])
         on_ms = 168 + wait
         name = _padded(DEFAULT_NAME)

@@ -11,7 +11,6 @@ from sim_backend.firmware.comm.handler_result import DONE, OUT_OF_RANGE, Handler
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.radio import Radio
-from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
 from sim_backend.firmware.ui.sleep_timer import MINUTE_MS
 from sim_backend.firmware.ui.ui_module import UiModule
@@ -73,7 +72,7 @@ class PropertyHandlers:
     def get_property(self, command: direct.GetProperty) -> HandlerResult:
         """Read a setting."""
         values = {
-            Property.BLUETOOTH: bytes([not self._radio.state & RadioState.OFF]),
+            Property.BLUETOOTH: bytes([not self._radio.shows_off]),
             Property.VOLUME: bytes([self._sound.volume]),
             Property.SLEEP_TIME: self._ui.sleep_timer.limit_ms.to_bytes(4, "little"),
             Property.DEBUGGING: self._command.pause,

@@ -39,11 +39,12 @@ class KeyStates:
 
     Attributes:
         left: The passes that are left, the present one first.
+        page: Those of the page that is drawn, from its beginning on, until it is drawn or another key counts.
     """
 
     def __init__(self, registers: UiRegisters, screen: ScreenRefresh) -> None:
         self._registers, self._screen = registers, screen
-        self.left: list[Pass] = []
+        self.left, self.page = list[Pass](), list[Pass]()
 
     @property
     def shown(self) -> bool:
@@ -66,8 +67,18 @@ class KeyStates:
 
     def begin(self, *states: UiState) -> None:
         """Show states from the next pass on."""
-        self.drop()
+        self.left, self.page = [], []
         self.add(*states)
+
+    def keep_page(self) -> None:
+        """Begin a page with the passes that are left: state MENU draws it again until it is drawn."""
+        self.page = [*self.left]
+
+    def begin_page(self) -> bool:
+        """Draw the page that was begun last from its beginning; return whether there is one."""
+        self.page = [*self.left] or self.page
+        self.left = [*self.page]
+        return self.shown
 
     def add(self, *states: UiState) -> None:
         """Show more states."""
@@ -134,6 +145,10 @@ class KeyStates:
 
     def follow(self) -> bool:
         """Go to the present state in the next pass; return whether there is one."""
+        if not self.left:
+            self.page = []
+        elif self._registers.state == UiState.MENU:
+            self.keep_page()
         if self.left:
             self._registers.go_to(self.left[0].state)
         return self.shown

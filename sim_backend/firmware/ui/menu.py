@@ -103,7 +103,8 @@ class Menu:
     def reset(self) -> None:
         """Go to the first item of the main menu; a data log that runs stays open, and a sensor keeps its type."""
         self._current.end()
-        self._place, self._shows_file = [0], False
+        self._states.begin()
+        self._place, self._shown, self._shows_file = [0], [0], False
         self.logs.log.runs = False
         self._confirms, self._asks = None, False
         self._volume = self._registers.volume
@@ -116,6 +117,7 @@ class Menu:
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was opened, or up from it to the list if the question was shown."""
         self._current.end()
+        self._states.begin()
         self._shows_file = True
         self._place, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], None, name
         if self._asks:
@@ -129,8 +131,10 @@ class Menu:
 
     def prepare(self) -> None:
         """Begin what state DRAWING shows: a page anew, or all of the page of a file that was opened."""
-        self._asks = self._confirms is not None
+        self._asks, self._shown = self._confirms is not None, [*self._place]
         self._current.begin_anew()
+        if not self._current.stays and self._states.begin_page():
+            return
         if self._shows_file and not self._current.begins:
             self._shows_file = False
             self._states.begin(UiState.DRAWING)
@@ -162,6 +166,8 @@ class Menu:
         elif key == Key.EXIT:
             self._leave()
         else:
+            if len(self._place) == len(self._shown):  # left or right has not been drawn
+                self._place = [*self._shown]
             self._enter()
         if self._states.shown and not self._current.exists and not self._states.draws:
             self._states.draw_last(self._drawn)

@@ -66,8 +66,12 @@ class MenuFiles:
 
     def _draw(self, menu: Place, item: int, *last: Marks) -> None:
         """Draw a list around a file; passes for each of the files that exist by then come in between."""
-        search = partial(self._go_on, self._search(menu, item))
-        self._states.draw_last(NOTHING, NOTHING, marks.listed(1, 0), *last, actions={1: search})
+
+        def search() -> None:
+            self._go_on(self._search(menu, item))
+
+        keep = self._states.keep_page
+        self._states.draw_last(NOTHING, NOTHING, marks.listed(1, 0), *last, actions={1: search, 2: keep, 3: keep})
 
     def _go_on(self, search: Iterator[None]) -> None:
         """Continue a search, which takes another pass with each file that it finds."""

@@ -141,9 +141,11 @@ class Places:
 
     def next_to(self, place: Place, step: int, items: int) -> int:
         """Return the item to the left (-1) or right (1) of a place in a menu of that many items, 0 if unknown."""
-        menu, item = place[:-1], place[-1]
+        menu, item, off = place[:-1], place[-1], self._radio.shows_off
+        if menu == RADIO and off:
+            return item
         if is_page(menu):
-            shown = [at for at, each in enumerate(actions(menu)) if each != SEND or self._radio.is_on or at == item]
+            shown = [at for at, each in enumerate(actions(menu)) if each != SEND or not off or at == item]
             return shown[moved(shown.index(item), step, len(shown))]
         item = moved(item, step, items)
         return item + step if (item,) == DATA_LOG and not menu and self._log is None else item

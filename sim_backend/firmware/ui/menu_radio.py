@@ -39,7 +39,7 @@ class MenuRadio:
 
     def first(self, page: Place) -> int:
         """Return the item that a page of the radio begins with."""
-        return places.SWITCH[-1] if page == places.RADIO and not self._radio.is_on else 0
+        return places.SWITCH[-1] if page == places.RADIO and self._radio.shows_off else 0
 
     def follows(self, place: Place) -> bool:
         """Return whether enter does more in a place than to open a page."""
@@ -53,7 +53,7 @@ class MenuRadio:
             shows = partial(self._show, visible=not item)
             states.draw_last(*[NOTHING] * _VISIBLE_MS, actions={_VISIBLE_MS - 2: shows})
         elif page == places.SWITCH:
-            states.draw_last(*self._switch(on=not item or not self._radio.is_on))
+            states.draw_last(*self._switch(on=not item or self._radio.shows_off))
             page = page[:-1]
         elif place == places.SEARCH:
             states.draw_last(*drawing.SEARCHED)
@@ -83,7 +83,7 @@ class MenuRadio:
 
     def _switch(self, *, on: bool) -> list[marks.Marks]:
         """Switch the radio in the next pass, and return the message about that."""
-        if on == self._radio.is_on:
+        if on != self._radio.shows_off:
             return drawing.SWITCHED
         self._states.act(partial(self._radio.switch, on, lead_ms=1))
         return drawing.SWITCHED_ON if on else drawing.SWITCHED_OFF
