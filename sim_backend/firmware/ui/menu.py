@@ -18,7 +18,6 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.log_page import LogPage
@@ -44,8 +43,7 @@ class Menu:
     Args:
         registers: Holds the volume that is in use, and the flags.
         keys: The keys.
-        current: The page that is shown besides the menus.
-        states: The states of the last key.
+        current: The page that is shown besides the menus, and the states of the last key before it.
         settings: Settings that the menus change.
         loader: Holds the files.
         screen: Draws the menus.
@@ -71,7 +69,6 @@ class Menu:
         registers: UiRegisters,
         keys: KeyInput,
         current: CurrentPage,
-        states: KeyStates,
         settings: MenuSettings,
         loader: Loader,
         screen: ScreenRefresh,
@@ -84,7 +81,7 @@ class Menu:
     ) -> None:
         self._registers, self._settings, self._view, self.logs, self.program = registers, settings, view, logs, program
         self._places = Places(loader.flash.names_ending, program, view, radio, logs if has_log else None)
-        self._current, self._states = current, states
+        self._current, self._states = current, current.states
         self.files = MenuFiles(
             loader, settings.stored, self._places, self._states, leave=self._leave_list, sounds=program.waits
         )

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.page import CurrentPage
@@ -18,11 +17,9 @@ from sim_backend.firmware.ui.states import KEY_STATES, Step, UiState
 class MenuStates:
     """The states ENTRY to EXIT, which lead to each other, and through those of a key that are left."""
 
-    def __init__(
-        self, registers: UiRegisters, keys: KeyInput, menu: Menu, current: CurrentPage, states: KeyStates
-    ) -> None:
+    def __init__(self, registers: UiRegisters, keys: KeyInput, menu: Menu, current: CurrentPage) -> None:
         self._registers, self._keys, self._menu = registers, keys, menu
-        self._current, self._states = current, states
+        self._current, self._states = current, current.states
 
     def enter(self) -> None:
         """Go to the first item of the main menu."""

@@ -27,12 +27,12 @@ class Page(NamedTuple):
 class CurrentPage:
     """The page that is shown, or is about to begin, if there is one.
 
-    Args:
+    Attributes:
         states: The states of a key, which come before it.
     """
 
     def __init__(self, states: KeyStates) -> None:
-        self._states = states
+        self.states = states
         self._page: Page | None = None
         self._begins = False
 
@@ -67,7 +67,7 @@ class CurrentPage:
         """Drop the states of a key, and a page that does not stay: another state follows."""
         if self._page and self._page.interrupt:
             self._page.interrupt()
-        self._states.drop()
+        self.states.drop()
         if not self.stays:
             self.end()
 

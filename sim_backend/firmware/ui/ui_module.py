@@ -89,22 +89,9 @@ class UiModule:
         i2c = I2CReader(low_speed, modern=data_log)
         view = SensorView(inputs, outputs, i2c, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, i2c, programs, screen))
-        states = KeyStates(registers, screen)
-        self._current = current = CurrentPage(states)
+        self._current = current = CurrentPage(KeyStates(registers, screen))
         self._menu = menu = Menu(
-            clock,
-            registers,
-            keys,
-            current,
-            states,
-            settings,
-            loader,
-            screen,
-            view,
-            logs,
-            steps,
-            radio,
-            has_log=data_log,
+            clock, registers, keys, current, settings, loader, screen, view, logs, steps, radio, has_log=data_log
         )
         self._warning = BatteryWarning(clock, registers, battery, keys, screen)
         self._files = FileRunner(
@@ -115,7 +102,7 @@ class UiModule:
         self._dialog = RadioDialog(clock, registers, keys, menu, current, screen, sound, radio)
         self._power_off = PowerOff(registers, keys, current, screen, programs, radio, io_control, sleep_timer)
         self._watch = ProgramWatch(registers, programs, sound, screen, restores=version.end_restores_screen)
-        self._menu_states = MenuStates(registers, keys, menu, current, states)
+        self._menu_states = MenuStates(registers, keys, menu, current)
         self._handlers = self._handlers_of_states()
         self._counters = {registers.timer, self._files.playing, self._dialog.shown, *menu.counters}
         self.due_ms, self._event_ms = 0, NEVER
