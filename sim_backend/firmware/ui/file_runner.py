@@ -59,11 +59,6 @@ class FileRunner:
         menu.run_page = self.page
 
     @property
-    def runs(self) -> bool:
-        """Whether a file has the screen: a program, a sound, or the message about its end."""
-        return self._registers.state == UiState.RUNNING or self._from_menu
-
-    @property
     def _from_menu(self) -> bool:
         """Whether it was run from its page; the state is still that of the page."""
         return self._registers.state == UiState.DRAWING and self._current.shows(self.page)
@@ -91,7 +86,7 @@ class FileRunner:
         self._screen.mark(marks.OPENING)
         self._file = registers.program_name
         self._menu.show_file(unpack_name(self._file))
-        registers.step, registers.picture = Step.BEGUN, 1
+        registers.step, registers.picture, registers.may_switch_off = Step.BEGUN, 1, False
         registers.go_to(UiState.RUNNING)
 
     def _begin_page(self) -> None:
@@ -105,7 +100,6 @@ class FileRunner:
         """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
         registers, screen = self._registers, self._screen
         registers.timer.count()
-        registers.may_switch_off = False
         match registers.step:
             case Step.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
                 registers.wake_in(self._show_playing())
@@ -203,6 +197,7 @@ class FileRunner:
             registers.wake_in((left + 1) // 2)  # each pass counts twice
             return
         registers.clear(UiFlag.BUSY)
+        registers.may_switch_off = True
         self._programs.reset()
         self._screen.mark(marks.CLOSING)
         self._show_menu()

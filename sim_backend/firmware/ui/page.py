@@ -52,8 +52,8 @@ class CurrentPage:
         return self._begins
 
     def shows(self, page: Page) -> bool:
-        """Return whether a page has begun, and has not ended."""
-        return self._page is page and not self._begins
+        """Return whether it is a given one."""
+        return self._page is page
 
     def open(self, page: Page, *, begins: bool = True) -> None:
         """Show a page, after the states of a key if there are any, from its beginning or as if it had begun."""

@@ -32,7 +32,7 @@ class UiRegisters:
         picture: The picture of the logo that is shown, from 1 on.
         wake_ms: The next pass in which the state has something to do.
         starting: Whether a start is not over.
-        may_switch_off: Whether exit switches the brick off when it is held: not once a file runs, until state WAITING.
+        may_switch_off: Whether exit switches the brick off when it is held: not from a file's beginning to its end.
     """
 
     def __init__(self, clock: Clock) -> None:

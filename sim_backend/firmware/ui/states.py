@@ -53,7 +53,11 @@ KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
 
 
 class Step(IntEnum):
-    """Steps of the states LOGO and RUNNING, and of switching off."""
+    """Steps of a file, of the logo and of switching off: each goes on with the step that another has left.
+
+    The logo takes the first four: it stops the refresh, waits for that, loads a picture, and shows it. Switching off
+    stops the program, then the display; waits for the radio in the fourth; stays off in the last but one.
+    """
 
     BEGUN = 0
     TONE = 1

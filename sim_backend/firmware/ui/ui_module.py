@@ -224,6 +224,7 @@ class UiModule:
         self._watch.follow()
         self._follow_radio(now_ms - 1)
         self._follow_sleep_request(now_ms)
+        self._follow_exit()
         if handler := self._handlers.get(registers.state):
             handler()
         if self._menu.logs.log.runs:
@@ -233,7 +234,6 @@ class UiModule:
         self._files.accept()
         self._follow_battery(now_ms)
         self.status_bar.follow()
-        self._follow_exit()
         self._power_off.follow()
         self._follow_radio(now_ms)
         self._schedule(now_ms)
