@@ -50,11 +50,6 @@ class KeyInput:
         return next(held, None)
 
     @property
-    def changed(self) -> bool:
-        """Whether a button was pressed or all were released since the last reading."""
-        return (self._first is None) != (self.held is None)
-
-    @property
     def enter_acts(self) -> bool:
         """Whether enter is pressed, or was released since the last sample."""
         return bool(self._buttons[ENTER_BUTTON].state)

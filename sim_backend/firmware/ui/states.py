@@ -36,7 +36,6 @@ class UiState(IntEnum):
 
 KEY_STATES: dict[int, UiState] = {key: UiState[key.name] for key in Key}
 """The state that a key brings, by its button byte."""
-MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KEY_STATES.values())
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
