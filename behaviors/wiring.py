@@ -55,6 +55,9 @@ LATE_CHANCE = 0.3
 """Chance that a frame or an echo is older than its time, or that the robot did not move."""
 STRAY_CHANCE = 0.1
 """Chance of anything else: the target moved, or the other sighting was of a look-alike."""
+WALKS_CHANCE = 0.1
+"""Chance that the range of an echo goes on changing as it just did: somebody walks there, which an echo alone does not
+distinguish from a robot that drives the other way."""
 OLDER_CHANCE = 0.1
 """Chance, for each age in `AGES` but 0, that frames are older than the mission says by it."""
 SLIP_CHANCE = 0.2
@@ -131,6 +134,14 @@ class _Echo(NamedTuple):
     pose: Pose
 
 
+class _Change(NamedTuple):
+    """From one echo to a later one: how much farther away it is, and would be if its range changed on as before."""
+
+    farther_mm: float
+    walked_mm: float
+    weight: float
+
+
 class WiringCheck:
     """Compares sightings and echoes with how the wheels turn, until it is clear whether they fit.
 
@@ -194,9 +205,13 @@ class WiringCheck:
                 return
             weights = dict.fromkeys(self._echoes, 1.0 / len(self._echoes))
             weights[last] += 1.0
-            farther = [(range_mm - before.range_mm, weight) for before, weight in weights.items()]
+            mm_per_s = _change_mm_per_s(self._echoes)
+            changes = [
+                _Change(range_mm - before.range_mm, mm_per_s * (time_s - before.time_s), weight)
+                for before, weight in weights.items()
+            ]
             displacements = tuple(_displacement(before.pose, pose) for before in weights)
-            self._learn(dict.fromkeys(AGES, displacements), partial(_echo_likelihood, farther))
+            self._learn(dict.fromkeys(AGES, displacements), partial(_echo_likelihood, changes))
         self._echoes.append(_Echo(time_s, range_mm, pose))
 
     def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
@@ -263,8 +278,9 @@ class WiringCheck:
             off_deg = wrapped_deg(seen.bearing_deg - bearing_deg)
             return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, DISTANCE_SD_SHARE).pdf(nearer)
 
+        moved, late = density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm)
         anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
-        return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
+        return (1.0 - LATE_CHANCE - STRAY_CHANCE) * moved + LATE_CHANCE * late + STRAY_CHANCE * anywhere
 
     def _advice(self) -> str:
         """Return what else would explain the sightings and echoes, and what to do."""
@@ -279,22 +295,28 @@ class WiringCheck:
         )
 
 
-def _echo_likelihood(farther: list[tuple[float, float]], displacements: list[Displacement]) -> float:
+def _change_mm_per_s(echoes: list[_Echo]) -> float:
+    """Return how fast the range of the last echoes changed; infinity if there is only one."""
+    if len(echoes) < 2:
+        return math.inf
+    before, last = echoes[-2:]
+    return (last.range_mm - before.range_mm) / (last.time_s - before.time_s)
+
+
+def _echo_likelihood(changes: list[_Change], displacements: list[Displacement]) -> float:
     """Return how probable an echo is after others, if the robot really moved like this since each of them.
 
     Args:
-        farther: By how many millimetres the echo is farther away than each of the others, and how much each counts.
+        changes: From each of the others to it.
         displacements: Since each of them.
     """
     likelihood = 1.0
-    for (farther_mm, weight), (forward_mm, turned_deg) in zip(farther, displacements, strict=True):
+    for (farther_mm, walked_mm, weight), (forward_mm, turned_deg) in zip(changes, displacements, strict=True):
         moved = _ANYTHING if abs(turned_deg) > STRAIGHT_DEG else _ECHOES.pdf(farther_mm + forward_mm)
-        likelihood *= _mixed(moved, _ECHOES.pdf(farther_mm), _ANYTHING) ** weight
+        mixed = (1.0 - LATE_CHANCE - WALKS_CHANCE - STRAY_CHANCE) * moved + STRAY_CHANCE * _ANYTHING
+        mixed += LATE_CHANCE * _ECHOES.pdf(farther_mm) + WALKS_CHANCE * _ECHOES.pdf(farther_mm - walked_mm)
+        likelihood *= mixed**weight
     return likelihood
-
-
-def _mixed(moved: float, late: float, stray: float) -> float:
-    return (1.0 - LATE_CHANCE - STRAY_CHANCE) * moved + LATE_CHANCE * late + STRAY_CHANCE * stray
 
 
 def _displacement(last: Pose, pose: Pose) -> Displacement:

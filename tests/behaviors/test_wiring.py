@@ -161,3 +161,12 @@ def test_echoes_of_anything_say_little_against_the_description(seed):
     check, random = WiringCheck(RobotTable(), CameraTable()), Random(seed)
     for step in range(1500):
         check.look(step * STEP_S, Pose(10.0 * step, 0.0), random.uniform(300.0, 2500.0), None)
+
+
+@given(share=st.floats(-1.0, 3.0), speed_mm_s=st.floats(150.0, 225.0))
+@example(share=2.0, speed_mm_s=225.0).via("its echoes are those of a robot that drives backwards")
+def test_a_few_echoes_of_somebody_who_walks_ahead_are_not_taken_for_a_wrong_wiring(share, speed_mm_s):
+    check = WiringCheck(RobotTable(), CameraTable())
+    for step in range(round(1.4 / STEP_S)):
+        driven_mm = speed_mm_s * step * STEP_S
+        check.look(step * STEP_S, Pose(driven_mm, 0.0), 1100.0 + (share - 1.0) * driven_mm, None)
