@@ -9,34 +9,28 @@ class PassCounter:
     """A count of passes: what counts in a pass also counts in the skipped ones after it.
 
     `settle` begins each pass that runs, and so ends the counting of the pass before.
+
+    Attributes:
+        value: The count.
     """
 
-    __slots__ = ("_at_ms", "_clock", "_rate", "_value")
+    __slots__ = ("_at_ms", "_clock", "_rate", "value")
 
     def __init__(self, clock: Clock, value: int = 0) -> None:
-        self._clock, self._value = clock, value
+        self._clock, self.value = clock, value
         self._rate, self._at_ms = 0, clock.now_ms
-
-    @property
-    def value(self) -> int:
-        """The count."""
-        return self._value
-
-    @value.setter
-    def value(self, value: int) -> None:
-        self._value = value
 
     def settle(self) -> None:
         """Count the skipped passes before this one."""
         now_ms = self._clock.now_ms
-        self._value += self._rate * (now_ms - 1 - self._at_ms)
+        self.value += self._rate * (now_ms - 1 - self._at_ms)
         self._rate, self._at_ms = 0, now_ms
 
     def count(self) -> int:
         """Count this pass once more, and the skipped ones after it; return the count."""
-        self._value, self._rate = self._value + 1, self._rate + 1
-        return self._value
+        self.value, self._rate = self.value + 1, self._rate + 1
+        return self.value
 
     def restart(self) -> None:
         """Count from 1 on, from the next pass on."""
-        self._value, self._rate = 0, 1
+        self.value, self._rate = 0, 1
