@@ -6,6 +6,7 @@ import math
 import queue
 import threading
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -204,6 +205,21 @@ def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
         robot.close()
 
 
+@contextmanager
+def unplugged_while_turning(hub, runs):
+    """A robot that turns by hand, and whose cable is pulled out after 2 s."""
+    faults = LinkFaults(unplugged_ms=((2000, 10**9),))
+    with shared("unplugged", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
+        robot = Robot(Address.parse(address), None, read_mission_file(None), hub, runs)
+        robot.controls.steer(0.0, 0.0, math.inf)
+        robot.controls.steer(0.0, 1.0, math.inf)  # never old
+        robot.open()
+        try:
+            yield robot
+        finally:
+            robot.close()
+
+
 def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_back(tmp_path):
     lost = threading.Event()
 
@@ -213,18 +229,10 @@ def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_ba
             if kind == "link" and values["lost"]:
                 lost.set()
 
-    faults = LinkFaults(unplugged_ms=((2000, 10**9),))
-    with shared("unplugged", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
-        robot = Robot(Address.parse(address), None, read_mission_file(None), Watcher(), tmp_path)
-        robot.controls.steer(0.0, 0.0, math.inf)
-        robot.controls.steer(0.0, 1.0, math.inf)  # never old
-        robot.open()
-        try:
-            assert lost.wait(LIMIT_S)
-            robot.controls.steer(0.0, 1.0, math.inf)
-            assert robot.controls.wanted(0.0) == (0.0, 0.0)
-        finally:
-            robot.close()
+    with unplugged_while_turning(Watcher(), tmp_path) as robot:
+        assert lost.wait(LIMIT_S)
+        robot.controls.steer(0.0, 1.0, math.inf)
+        assert robot.controls.wanted(0.0) == (0.0, 0.0)
 
 
 def test_of_a_lost_brick_nothing_old_is_shown_and_a_stop_is(tmp_path):
@@ -238,18 +246,10 @@ def test_of_a_lost_brick_nothing_old_is_shown_and_a_stop_is(tmp_path):
                 if values["doing"] == "cannot be driven":
                     (stopped if values["stopped"] else unreachable).set()
 
-    faults = LinkFaults(unplugged_ms=((2000, 10**9),))
-    with shared("pulled", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
-        robot = Robot(Address.parse(address), None, read_mission_file(None), Watcher(), tmp_path)
-        robot.controls.steer(0.0, 0.0, math.inf)
-        robot.controls.steer(0.0, 1.0, math.inf)  # never old
-        robot.open()
-        try:
-            assert unreachable.wait(LIMIT_S)
-            robot.stop()
-            assert stopped.wait(LIMIT_S)
-        finally:
-            robot.close()
+    with unplugged_while_turning(Watcher(), tmp_path) as robot:
+        assert unreachable.wait(LIMIT_S)
+        robot.stop()
+        assert stopped.wait(LIMIT_S)
     assert "driving" in {each["doing"] for each in shown}
     assert shown[0].keys() - shown[-1].keys() == {"range_mm", "touching", "battery_mv", "latency_ms"}
 
