@@ -162,6 +162,35 @@ def test_a_jump_leaves_the_heading_alone_and_agreement_mends_it():
     assert heading.correction_deg(100 + 82, 82 + 10, OdometryDelta(0, 500, 0, 500)) == pytest.approx(-10, abs=3)
 
 
+def rests(heading, readings, heading_deg=0.0):
+    """Give a filter readings of a robot that stands; return its heading after each."""
+    after = []
+    for compass_deg in readings:
+        heading_deg += heading.correction_deg(compass_deg, heading_deg, OdometryDelta())
+        after.append(heading_deg)
+    return after
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 50.0, -725.0])
+def test_the_first_reading_says_where_north_is_whatever_the_heading_is_called(heading_deg):
+    assert rests(CompassFilter(), [130, 130, 130], heading_deg) == pytest.approx([heading_deg] * 3)
+
+
+def test_noise_of_the_compass_is_smoothed_and_a_remaining_error_is_gone_after_twenty_readings():
+    heading = CompassFilter()
+    assert rests(heading, [100, 101]) == pytest.approx([0.0, 1 / 9])
+    assert max(map(abs, rests(heading, [101, 99] * 30))) < 0.4
+    assert rests(heading, [103] * 20)[-1] == pytest.approx(3.0, abs=0.2)
+
+
+def test_beside_iron_a_turn_that_the_wheels_cannot_have_lost_is_not_corrected():
+    heading, turn = CompassFilter(), OdometryDelta(0, 0, 90, 0)
+    heading.correction_deg(100, 0, OdometryDelta())
+    assert heading.correction_deg(200, 0, OdometryDelta(500, 0, 0, 500)) == 0
+    assert heading.correction_deg(230, 90, turn) == 0, "two thirds of it"
+    assert heading.correction_deg(310, 180, turn) == pytest.approx(-10)
+
+
 DEFLECTIONS = st.floats(-60, 60)
 MOVES = st.lists(st.one_of(st.floats(-360, 360), st.tuples(st.floats(40, 3000), DEFLECTIONS)), max_size=40)
 

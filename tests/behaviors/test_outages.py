@@ -1,0 +1,268 @@
+"""Waiting out what fails, and pauses, by themselves: the robot stands, and time limits hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from random_ports import RandomPorts
+
+from behaviors.mission import ThesisParameters
+from behaviors.outages import OutageSupervisor
+from behaviors.pause import Pause, Paused
+from behaviors.ports import CameraLost, Outage, RobotUnreachable, SensorLost
+from behaviors.skills import SkillContext, TimeUp
+
+TIMEOUT_S = 30.0
+OUTAGES = {
+    "link": RobotUnreachable("the brick does not answer"),
+    "camera": CameraLost("no pictures"),
+    "sensor": SensorLost("the sonar does not answer"),
+}
+
+
+class Robot(RandomPorts):
+    """A robot with a part that fails until some moment.
+
+    Attributes:
+        stopped_s: When it was stopped, and kept alive.
+        until_s: When each part works again, by its name; `clock` for sleeping.
+    """
+
+    def __init__(self, **until_s: float) -> None:
+        super().__init__(0)
+        self._hinders = self._breaks = 0.0
+        self.until_s = until_s
+        self.stopped_s: list[float] = []
+        self.kept_alive = 0
+
+    def _check(self, part: str) -> None:
+        if self.now() < self.until_s.get(part, -math.inf):
+            raise OUTAGES.get(part, RobotUnreachable("lost"))
+
+    def sleep(self, duration_s: float) -> None:
+        super().sleep(duration_s)
+        self._check("clock")
+
+    def stop(self) -> None:
+        super().stop()
+        self.stopped_s.append(self.now())
+        self._check("stop")
+
+    def keep_alive(self) -> None:
+        self.kept_alive += 1
+
+    def battery_mv(self) -> int:
+        self._check("link")
+        return 8000
+
+    def glance(self, targets):
+        self._check("camera")
+        return super().glance(targets)
+
+    def range_mm(self) -> float | None:
+        self._check("sonar")
+        return 500.0
+
+    def touching(self) -> bool:
+        self._check("bumper")
+        return False
+
+    def can_drive_forward(self) -> bool:
+        return self.now() >= self.until_s.get("sensor", -math.inf)
+
+
+class Operator(Pause):
+    """Ends a pause when the robot's clock has gone on by some seconds; each wait takes what it may take."""
+
+    def __init__(self, robot: Robot, for_s: float, end_s: float = math.inf) -> None:
+        super().__init__()
+        self._robot, self._left_s, self._end_s = robot, for_s, end_s
+
+    def wait(self, timeout_s: float) -> bool:
+        RandomPorts.sleep(self._robot, timeout_s)
+        self._left_s -= timeout_s
+        if self._robot.now() >= self._end_s:
+            self.end()
+        elif self._left_s <= 0:
+            self.resume()
+        return super().wait(0.0)
+
+
+class Bench:
+    """A supervisor with a robot.
+
+    Attributes:
+        facts: What the chart was told.
+        notes: What was written into the journal.
+    """
+
+    def __init__(self, robot: Robot, pause: Pause | None = None, limit_s: float = math.inf) -> None:
+        self.robot, self.facts, self.notes = robot, [], []
+        self.context = SkillContext(
+            robot, robot, robot, ThesisParameters(), self._note, self.facts.append, limit_s, pause or Pause()
+        )
+        self.supervisor = OutageSupervisor(self.context, TIMEOUT_S)
+
+    def _note(self, kind: str, **data: object) -> None:
+        self.notes.append((self.robot.now(), kind, data))
+
+    @property
+    def events(self) -> list[str]:
+        return [str(fact.event) for fact in self.facts]
+
+
+def raises(outage: Outage) -> Callable[[], None]:
+    def work() -> None:
+        raise outage
+
+    return work
+
+
+@pytest.mark.parametrize("part", OUTAGES)
+def test_a_part_is_retried_twice_a_second_with_the_robot_at_rest_until_it_works(part):
+    bench = Bench(Robot(**{part: 12.0}))
+    bench.robot.drive(100.0, 0.0)
+    bench.supervisor.wait_out(OUTAGES[part])
+    assert bench.events == [f"{part}_lost", f"{part}_back"]
+    assert bench.facts[0].measured == {"error": str(OUTAGES[part])}
+    assert bench.facts[1].measured["silent_s"] == bench.robot.now() == pytest.approx(12.0, abs=0.5)
+    assert bench.robot.at_rest
+    assert bench.robot.stopped_s[:3] == [0.0, 0.5, 1.0]
+
+
+@pytest.mark.parametrize(("sensor", "back_s"), [("sonar", 5.0), ("bumper", 7.0)])
+def test_a_sensor_that_does_not_answer_does_not_work_again(sensor, back_s):
+    bench = Bench(Robot(**{sensor: back_s}))
+    bench.supervisor.wait_out(OUTAGES["sensor"])
+    assert bench.robot.now() == pytest.approx(back_s, abs=0.5)
+
+
+def test_a_robot_that_cannot_be_stopped_does_not_work_again():
+    bench = Bench(Robot(stop=5.0))
+    bench.supervisor.wait_out(OUTAGES["camera"])
+    assert bench.robot.now() >= 5.0
+
+
+@pytest.mark.parametrize("part", OUTAGES)
+def test_an_outage_that_lasts_too_long_is_raised_itself(part):
+    bench = Bench(Robot(**{part: 1000.0}))
+    with pytest.raises(Outage) as raised:
+        bench.supervisor.wait_out(OUTAGES[part])
+    assert raised.value is OUTAGES[part]
+    assert bench.robot.now() == pytest.approx(TIMEOUT_S, abs=0.5)
+    assert bench.events == [f"{part}_lost"]
+    noted = [(time_s, data["part"], data["left_s"]) for time_s, _, data in bench.notes]
+    assert noted == [(time_s, part, TIMEOUT_S - time_s) for time_s in (0.0, 5.0, 10.0, 15.0, 20.0, 25.0)]
+
+
+def test_an_outage_that_is_permanent_is_not_waited_for():
+    class Over(CameraLost):
+        permanent = True
+
+    bench, over = Bench(Robot(camera=1000.0)), Over("the video is at its end")
+    with pytest.raises(Over):
+        bench.supervisor.wait_out(over)
+    assert bench.robot.now() == 0.0
+
+
+def test_the_time_limit_of_the_mission_holds_in_an_outage():
+    bench = Bench(Robot(link=1000.0), limit_s=8.0)
+    with pytest.raises(TimeUp):
+        bench.supervisor.wait_out(OUTAGES["link"])
+    assert bench.robot.now() == pytest.approx(8.0, abs=0.5)
+
+
+def test_an_operator_ends_a_mission_in_an_outage():
+    pause = Pause()
+    bench = Bench(Robot(link=1000.0), pause)
+    pause.end()
+    with pytest.raises(KeyboardInterrupt):
+        bench.supervisor.wait_out(OUTAGES["link"])
+    assert bench.robot.now() == 0.0
+
+
+def test_a_sleep_that_reports_the_loss_is_no_second_outage():
+    bench = Bench(Robot(link=4.0, clock=0.6))
+    bench.supervisor.wait_out(OUTAGES["link"])
+    assert bench.events == ["link_lost", "link_back"]
+
+
+def test_a_clock_that_keeps_failing_ends_the_wait_with_the_first_cause():
+    bench = Bench(Robot(camera=1000.0, clock=1000.0))
+    with pytest.raises(CameraLost):
+        bench.supervisor.wait_out(OUTAGES["camera"])
+    assert bench.robot.now() == pytest.approx(1.0)
+
+
+def test_work_is_called_again_after_each_outage():
+    bench, results = Bench(Robot()), iter([raises(OUTAGES["link"]), raises(OUTAGES["camera"]), lambda: "done"])
+    assert bench.supervisor.run(lambda: next(results)()) == "done"
+    assert bench.events == ["link_lost", "link_back", "camera_lost", "camera_back"]
+
+
+@pytest.mark.parametrize("reachable", [True, False])
+def test_in_a_pause_the_robot_stands_awake_and_no_limit_counts(reachable):
+    robot = Robot(stop=-math.inf if reachable else 1000.0)
+    operator = Operator(robot, for_s=100.0)
+    bench = Bench(robot, operator, limit_s=8.0)
+    operator.request()
+    robot.drive(100.0, 0.0)
+    bench.supervisor.wait_out(Paused("paused"))
+    assert bench.events == ["suspend", "resume"]
+    assert bench.facts[1].measured == {"paused_s": 100.0}
+    assert robot.at_rest
+    assert (len(robot.stopped_s), robot.kept_alive) == (200, 200 if reachable else 0)
+    assert bench.context.deadline_s == 108.0
+    assert bench.context.pauses == [(0.0, 100.0)]
+
+
+def test_a_pause_stops_the_clock_of_an_outage():
+    robot = Robot(link=1000.0)
+    operator = Operator(robot, for_s=100.0)
+    bench = Bench(robot, operator)
+    operator.request()
+    with pytest.raises(RobotUnreachable):
+        bench.supervisor.wait_out(OUTAGES["link"])
+    assert robot.now() == pytest.approx(100.0 + TIMEOUT_S, abs=0.5)
+
+
+def test_an_operator_ends_a_mission_in_a_pause():
+    robot = Robot()
+    operator = Operator(robot, for_s=1000.0, end_s=5.0)
+    bench = Bench(robot, operator)
+    operator.request()
+    with pytest.raises(KeyboardInterrupt):
+        bench.supervisor.wait_out(Paused("paused"))
+    assert robot.now() == pytest.approx(5.0, abs=0.5)
+
+
+def test_a_pause_interrupts_only_where_it_may():
+    pause = Pause()
+    pause.request()
+    pause.check()
+    with pytest.raises(Paused), pause.interrupting():
+        pytest.fail("it had been requested before")
+    pause.check()
+    assert pause.wanted
+    assert not pause.wait(0.0)
+    pause.resume()
+    assert not pause.wanted
+    assert pause.wait(0.0)
+    with pause.interrupting():
+        pause.check()
+
+
+def test_a_mission_that_is_to_end_is_not_paused_any_more():
+    pause = Pause()
+    pause.request()
+    pause.end()
+    pause.request()
+    assert not pause.wanted
+    assert pause.wait(0.0)
+    with pytest.raises(KeyboardInterrupt):
+        pause.check_end()
+    with pytest.raises(KeyboardInterrupt), pause.interrupting():
+        pytest.fail("the end had been requested before")
+    pause.check()
