@@ -14,7 +14,7 @@ from behaviors.pause import Pause, Paused
 from behaviors.ports import CameraLost, Outage, RobotUnreachable, SensorLost
 from behaviors.skills import SkillContext, TimeUp
 
-TIMEOUT_S = 30.0
+START_S, TIMEOUT_S = 1000.0, 30.0
 OUTAGES = {
     "link": RobotUnreachable("the brick does not answer"),
     "camera": CameraLost("no pictures"),
@@ -23,22 +23,33 @@ OUTAGES = {
 
 
 class Robot(RandomPorts):
-    """A robot with a part that fails until some moment.
+    """A robot with parts that fail for some time.
+
+    Args:
+        for_s: For how long, by the name of the part; `clock` for sleeping.
 
     Attributes:
-        stopped_s: When it was stopped, and kept alive.
-        until_s: When each part works again, by its name; `clock` for sleeping.
+        stopped_s: When it was stopped, since the start.
+        kept_alive: How often it was.
     """
 
-    def __init__(self, **until_s: float) -> None:
+    def __init__(self, **for_s: float) -> None:
         super().__init__(0)
         self._hinders = self._breaks = 0.0
-        self.until_s = until_s
+        self._now_s, self._for_s = START_S, for_s
         self.stopped_s: list[float] = []
         self.kept_alive = 0
 
+    @property
+    def passed_s(self) -> float:
+        """How long it has been on."""
+        return self.now() - START_S
+
+    def _fails(self, part: str) -> bool:
+        return self.passed_s < self._for_s.get(part, 0.0)
+
     def _check(self, part: str) -> None:
-        if self.now() < self.until_s.get(part, -math.inf):
+        if self._fails(part):
             raise OUTAGES.get(part, RobotUnreachable("lost"))
 
     def sleep(self, duration_s: float) -> None:
@@ -47,7 +58,7 @@ class Robot(RandomPorts):
 
     def stop(self) -> None:
         super().stop()
-        self.stopped_s.append(self.now())
+        self.stopped_s.append(self.passed_s)
         self._check("stop")
 
     def keep_alive(self) -> None:
@@ -70,7 +81,7 @@ class Robot(RandomPorts):
         return False
 
     def can_drive_forward(self) -> bool:
-        return self.now() >= self.until_s.get("sensor", -math.inf)
+        return not self._fails("sensor")
 
 
 class Operator(Pause):
@@ -83,7 +94,7 @@ class Operator(Pause):
     def wait(self, timeout_s: float) -> bool:
         RandomPorts.sleep(self._robot, timeout_s)
         self._left_s -= timeout_s
-        if self._robot.now() >= self._end_s:
+        if self._robot.passed_s >= self._end_s:
             self.end()
         elif self._left_s <= 0:
             self.resume()
@@ -101,12 +112,12 @@ class Bench:
     def __init__(self, robot: Robot, pause: Pause | None = None, limit_s: float = math.inf) -> None:
         self.robot, self.facts, self.notes = robot, [], []
         self.context = SkillContext(
-            robot, robot, robot, ThesisParameters(), self._note, self.facts.append, limit_s, pause or Pause()
+            robot, robot, robot, ThesisParameters(), self._note, self.facts.append, START_S + limit_s, pause or Pause()
         )
         self.supervisor = OutageSupervisor(self.context, TIMEOUT_S)
 
     def _note(self, kind: str, **data: object) -> None:
-        self.notes.append((self.robot.now(), kind, data))
+        self.notes.append((self.robot.passed_s, kind, data))
 
     @property
     def events(self) -> list[str]:
@@ -127,7 +138,7 @@ def test_a_part_is_retried_twice_a_second_with_the_robot_at_rest_until_it_works(
     bench.supervisor.wait_out(OUTAGES[part])
     assert bench.events == [f"{part}_lost", f"{part}_back"]
     assert bench.facts[0].measured == {"error": str(OUTAGES[part])}
-    assert bench.facts[1].measured["silent_s"] == bench.robot.now() == pytest.approx(12.0, abs=0.5)
+    assert bench.facts[1].measured["silent_s"] == bench.robot.passed_s == pytest.approx(12.0, abs=0.5)
     assert bench.robot.at_rest
     assert bench.robot.stopped_s[:3] == [0.0, 0.5, 1.0]
 
@@ -136,13 +147,13 @@ def test_a_part_is_retried_twice_a_second_with_the_robot_at_rest_until_it_works(
 def test_a_sensor_that_does_not_answer_does_not_work_again(sensor, back_s):
     bench = Bench(Robot(**{sensor: back_s}))
     bench.supervisor.wait_out(OUTAGES["sensor"])
-    assert bench.robot.now() == pytest.approx(back_s, abs=0.5)
+    assert bench.robot.passed_s == pytest.approx(back_s, abs=0.5)
 
 
 def test_a_robot_that_cannot_be_stopped_does_not_work_again():
     bench = Bench(Robot(stop=5.0))
     bench.supervisor.wait_out(OUTAGES["camera"])
-    assert bench.robot.now() >= 5.0
+    assert bench.robot.passed_s >= 5.0
 
 
 @pytest.mark.parametrize("part", OUTAGES)
@@ -151,7 +162,7 @@ def test_an_outage_that_lasts_too_long_is_raised_itself(part):
     with pytest.raises(Outage) as raised:
         bench.supervisor.wait_out(OUTAGES[part])
     assert raised.value is OUTAGES[part]
-    assert bench.robot.now() == pytest.approx(TIMEOUT_S, abs=0.5)
+    assert bench.robot.passed_s == pytest.approx(TIMEOUT_S, abs=0.5)
     assert bench.events == [f"{part}_lost"]
     noted = [(time_s, data["part"], data["left_s"]) for time_s, _, data in bench.notes]
     assert noted == [(time_s, part, TIMEOUT_S - time_s) for time_s in (0.0, 5.0, 10.0, 15.0, 20.0, 25.0)]
@@ -164,14 +175,14 @@ def test_an_outage_that_is_permanent_is_not_waited_for():
     bench, over = Bench(Robot(camera=1000.0)), Over("the video is at its end")
     with pytest.raises(Over):
         bench.supervisor.wait_out(over)
-    assert bench.robot.now() == 0.0
+    assert bench.robot.passed_s == 0.0
 
 
 def test_the_time_limit_of_the_mission_holds_in_an_outage():
     bench = Bench(Robot(link=1000.0), limit_s=8.0)
     with pytest.raises(TimeUp):
         bench.supervisor.wait_out(OUTAGES["link"])
-    assert bench.robot.now() == pytest.approx(8.0, abs=0.5)
+    assert bench.robot.passed_s == pytest.approx(8.0, abs=0.5)
 
 
 def test_an_operator_ends_a_mission_in_an_outage():
@@ -180,7 +191,7 @@ def test_an_operator_ends_a_mission_in_an_outage():
     pause.end()
     with pytest.raises(KeyboardInterrupt):
         bench.supervisor.wait_out(OUTAGES["link"])
-    assert bench.robot.now() == 0.0
+    assert bench.robot.passed_s == 0.0
 
 
 def test_a_sleep_that_reports_the_loss_is_no_second_outage():
@@ -193,7 +204,7 @@ def test_a_clock_that_keeps_failing_ends_the_wait_with_the_first_cause():
     bench = Bench(Robot(camera=1000.0, clock=1000.0))
     with pytest.raises(CameraLost):
         bench.supervisor.wait_out(OUTAGES["camera"])
-    assert bench.robot.now() == pytest.approx(1.0)
+    assert bench.robot.passed_s == pytest.approx(1.0)
 
 
 def test_work_is_called_again_after_each_outage():
@@ -204,7 +215,7 @@ def test_work_is_called_again_after_each_outage():
 
 @pytest.mark.parametrize("reachable", [True, False])
 def test_in_a_pause_the_robot_stands_awake_and_no_limit_counts(reachable):
-    robot = Robot(stop=-math.inf if reachable else 1000.0)
+    robot = Robot(stop=0.0 if reachable else 1000.0)
     operator = Operator(robot, for_s=100.0)
     bench = Bench(robot, operator, limit_s=8.0)
     operator.request()
@@ -214,8 +225,8 @@ def test_in_a_pause_the_robot_stands_awake_and_no_limit_counts(reachable):
     assert bench.facts[1].measured == {"paused_s": 100.0}
     assert robot.at_rest
     assert (len(robot.stopped_s), robot.kept_alive) == (200, 200 if reachable else 0)
-    assert bench.context.deadline_s == 108.0
-    assert bench.context.pauses == [(0.0, 100.0)]
+    assert bench.context.deadline_s == START_S + 108.0
+    assert bench.context.pauses == [(START_S, 100.0)]
 
 
 def test_a_pause_stops_the_clock_of_an_outage():
@@ -225,7 +236,7 @@ def test_a_pause_stops_the_clock_of_an_outage():
     operator.request()
     with pytest.raises(RobotUnreachable):
         bench.supervisor.wait_out(OUTAGES["link"])
-    assert robot.now() == pytest.approx(100.0 + TIMEOUT_S, abs=0.5)
+    assert robot.passed_s == pytest.approx(100.0 + TIMEOUT_S, abs=0.5)
 
 
 def test_an_operator_ends_a_mission_in_a_pause():
@@ -235,7 +246,7 @@ def test_an_operator_ends_a_mission_in_a_pause():
     operator.request()
     with pytest.raises(KeyboardInterrupt):
         bench.supervisor.wait_out(Paused("paused"))
-    assert robot.now() == pytest.approx(5.0, abs=0.5)
+    assert robot.passed_s == pytest.approx(5.0, abs=0.5)
 
 
 def test_a_pause_interrupts_only_where_it_may():
@@ -252,6 +263,15 @@ def test_a_pause_interrupts_only_where_it_may():
     assert pause.wait(0.0)
     with pause.interrupting():
         pause.check()
+    pause.request()
+    pause.check()
+
+
+def test_a_pause_that_is_requested_while_the_mission_is_ended_is_none():
+    pause = Pause()
+    pause.request()
+    pause.ended = True  # by another thread, after the request has checked it
+    assert not pause.wanted
 
 
 def test_a_mission_that_is_to_end_is_not_paused_any_more():

@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT
 from firmware_protocol.iomap import DISPLAY, DisplayFlag
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
@@ -72,6 +74,17 @@ def test_a_message_covers_the_picture(brick):
     finally:
         set_flags(brick, DisplayFlag.ON)
     assert np.array_equal(read_display(brick.link), behind)
+
+
+class TooLong(SimTransport):
+    """A transport that promises longer replies than the brick gives over USB."""
+
+    max_telegram = BLUETOOTH_TELEGRAM_LIMIT
+
+
+def test_a_display_of_which_bytes_are_lacking_is_an_error_and_no_picture(simulation):
+    with Brick(TooLong(simulation)) as brick, pytest.raises(RemoteProtocolError, match="bytes of the display"):
+        read_display(brick.link)
 
 
 class Listener(SimTransport):

@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.mission.robot import RobotTable
 from behaviors.ports import SensorLost
-from nxtdrive.mission.body import MissionBody, build_rover
+from nxtdrive.mission.body import MissionBody, build_rover, lacking_sensors, safety_sensors
 from nxtdrive.motion.drive_settings import DriveSettings
 from nxtdrive.motion.rover import Rover
 from sim_backend.devices import UltrasonicSensor
@@ -73,3 +73,12 @@ def test_a_robot_with_small_wheels_or_a_wide_track_drives_as_fast_as_these_allow
     assert rover.straight(100.0).distance_mm == pytest.approx(100.0, abs=5)
     assert rover.turn(90.0).turned_deg == pytest.approx(90.0, abs=5)
     assert (rover.settings == DriveSettings()) is (not described)
+
+
+@pytest.mark.parametrize(
+    ("ports", "has"), [((4, 1), ["sonar", "bumper"]), ((0, 1), ["bumper"]), ((4, 0), ["sonar"]), ((0, 0), [])]
+)
+def test_a_robot_has_each_sensor_of_the_safety_stop_or_lacks_it(ports, has):
+    robot = RobotTable(ultrasonic=ports[0], touch=ports[1])
+    assert safety_sensors(robot) == has
+    assert lacking_sensors(robot) == [sensor for sensor in ("sonar", "bumper") if sensor not in has]

@@ -76,6 +76,17 @@ def test_a_file_that_is_not_a_good_program_is_an_error(room):
         room.brick.programs.start("bad.rxe")
 
 
+def test_a_start_that_says_ok_and_does_nothing_is_an_error(room):
+    deliver = room.simulation.deliver
+    room.simulation.deliver = lambda telegram: (
+        b"\x02\0\0" if telegram[:2] == StartProgram("x").encode()[:2] else deliver(telegram)
+    )
+    begun_s = room.brick.now()
+    with pytest.raises(BrickBusy, match=r"loop\.rxe did not start"):
+        room.brick.programs.start("loop.rxe")
+    assert room.brick.now() - begun_s < 5.0
+
+
 def test_a_second_program_is_refused(room):
     room.brick.programs.start("loop.rxe")
     with pytest.raises(BrickBusy, match=r"loop\.rxe is running"):

@@ -38,7 +38,9 @@ def test_what_is_asked_for_twice_is_one_object(lab):
 
 def test_a_sensor_is_set_up_once(lab):
     room = lab('[[boxes]]\nname = "box"\nat_mm = [2500, 1500]\nsize_mm = [200, 1000]\nheight_mm = 300\n')
+    assert not room.brick.ultrasonic(4).ready
     assert room.brick.ultrasonic(4).distance_mm
+    assert room.brick.ultrasonic(4).ready
     begun_ms = room.simulation.now_ms
     assert room.brick.ultrasonic(4).distance_mm
     assert room.simulation.now_ms - begun_ms < 20

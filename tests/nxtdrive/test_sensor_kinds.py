@@ -6,6 +6,7 @@ import pytest
 
 from firmware_protocol.direct import LSRead, SetInputMode
 from firmware_protocol.enums import InputPort, SensorMode, SensorType
+from firmware_protocol.status import Status
 from nxtdrive.errors import BrickError, ConfigError, LinkTimeout, LocalProtocolError, SensorTimeout
 from nxtdrive.sensors import Color, Identity, RcxTemperature, Reading, identify
 from nxtdrive.sensors.i2c import bus_time_s
@@ -42,7 +43,7 @@ class EightEchoes(UltrasonicSensor):
 
 
 @LINKS
-@pytest.mark.parametrize("percent", [0.0, 35.0, 80.0])
+@pytest.mark.parametrize("percent", [0.0, 35.0, 80.0, 100.0])
 def test_light_is_a_percentage_with_the_lamp_on_or_off(lab, latency_ms, percent):
     room = lab(latency_ms=latency_ms)
     room.attach(3, LightSensor(lambda: percent))
@@ -50,6 +51,7 @@ def test_light_is_a_percentage_with_the_lamp_on_or_off(lab, latency_ms, percent)
         light = room.brick.light(3, lamp=lamp)
         assert light.lamp is lamp
         assert light.percent == pytest.approx(percent, abs=1.0)
+        assert 0.0 <= light.percent <= 100.0
         assert room.simulation.brick.input.ports[2].type == kind
     light.lamp = True
     assert light.percent == pytest.approx(percent, abs=1.0)
@@ -60,11 +62,13 @@ def test_sound_grows_with_the_loudness_and_changes_its_weighing(lab):
     room, level_db = lab(), [60.0]
     room.attach(2, SoundSensor(lambda: level_db[0]))
     sound = room.brick.sound(2, dba=True)
+    assert sound.dba
     soft = sound.percent
     level_db[0] = 80.0
     room.brick.sleep(0.1)
     assert soft < sound.percent < 100
     sound.dba = False
+    assert not sound.dba
     assert sound.value == pytest.approx(sound.percent)
     assert room.simulation.brick.input.ports[1].type == SensorType.SOUND_DB
 
@@ -97,9 +101,10 @@ def test_the_compass_says_the_heading(lab, heading_deg):
     assert room.brick.compass(2).heading_deg == heading_deg
 
 
-def test_a_value_that_no_compass_gives_is_refused(lab):
+@pytest.mark.parametrize("registers", [(180, 0), (255, 255)])
+def test_a_value_that_no_compass_gives_is_refused(lab, registers):
     room = lab()
-    room.attach(4, UltrasonicSensor(lambda: 255))
+    room.attach(4, GenericI2CDevice()).write(bytes((0x42, *registers)))
     with pytest.raises(SensorTimeout, match="0 to 359"):
         _ = room.brick.compass(4).heading_deg
 
@@ -113,17 +118,34 @@ def test_an_empty_port_has_no_temperature(lab):
 
 @pytest.mark.parametrize(
     ("surface", "color"),
-    [((90, 5, 5), Color.RED), ((5, 5, 90), Color.BLUE), ((95, 95, 95), Color.WHITE), ((3, 3, 3), Color.BLACK)],
+    [
+        ((90, 5, 5), Color.RED),
+        ((5, 60, 10), Color.GREEN),
+        ((5, 5, 90), Color.BLUE),
+        ((90, 80, 10), Color.YELLOW),
+        ((95, 95, 95), Color.WHITE),
+        ((3, 3, 3), Color.BLACK),
+    ],
 )
 def test_the_colour_of_a_surface(lab, surface, color):
     room = lab()
     room.attach(3, ColorSensor(lambda: surface))
     sensor = room.brick.color(3)
-    assert sensor.color is color
     rgb = sensor.rgb
     assert max(range(3), key=rgb.__getitem__) == max(range(3), key=surface.__getitem__)
+    assert sensor.color is color
     assert sensor.brightness_percent("red") > sensor.brightness_percent("off")
     assert sensor.color is color
+
+
+def test_the_brightness_by_one_lamp_is_a_percentage_in_proportion_to_the_reflected_light(lab):
+    room = lab()
+    room.attach(3, ColorSensor(lambda: (100, 50, 0)))
+    sensor = room.brick.color(3)
+    red, green, blue, none = map(sensor.brightness_percent, ("red", "green", "blue", "off"))
+    assert 10 < red < 100
+    assert green == pytest.approx(red / 2, abs=2)
+    assert blue == none == pytest.approx(0, abs=5)
 
 
 def test_an_old_firmware_without_colours_is_reported(lab):
@@ -136,8 +158,11 @@ def test_an_old_firmware_without_colours_is_reported(lab):
 def test_a_missing_colour_sensor_gives_no_colour(lab):
     room = lab()
     room.attach(3, None)
+    sensor, begun_s = room.brick.color(3), room.brick.now()
     with pytest.raises(SensorTimeout, match="plugged in"):
-        _ = room.brick.color(3).color
+        _ = sensor.color
+    assert room.brick.now() - begun_s == pytest.approx(0.5, abs=0.05)
+    assert not sensor.ready
 
 
 def test_a_snapshot_has_all_echoes_and_the_sensor_measures_on_afterwards(lab):
@@ -232,12 +257,24 @@ def test_digital_sensors_identify_themselves(lab):
     assert found[3] is None
 
 
+@pytest.mark.parametrize("fails_at", [0x02, 0x98])
+def test_a_port_that_the_brick_refuses_is_no_port_without_a_sensor(lab, fails_at):
+    """Such as one that a program sets to another type again and again."""
+    room = lab()
+    bus, addresses = room.simulation.brick.low_speed, []
+    bus.write = lambda port, data, rx_size, options=0: addresses.append(data[0]) or True
+    bus.status = lambda port: Status.CHANNEL_INVALID if addresses[-1:] == [fails_at] else Status.BUS_ERROR
+    with pytest.raises(BrickError) as caught:
+        identify(room.brick.link, 2)
+    assert caught.value.status is Status.CHANNEL_INVALID
+
+
 def test_an_unknown_digital_sensor_is_named_and_read_by_registers(lab):
     room = lab()
     device = room.attach(2, GenericI2CDevice(address=0x02))
-    device.registers[:24] = b"V2.1\0\0\0\0Acme\0\0\0\0Gyro\xff\xff\xff\xff"
+    device.registers[:24] = b"V2.1\0old Acme\0\0\0\0Gyro\xff\xff\xff\xff"
     found = identify(room.brick.link, 2)
-    assert (found.vendor, found.kind) == ("Acme", "i2c")
+    assert (found.version, found.vendor, found.kind) == ("V2.1", "Acme", "i2c")
     sensor = room.brick.i2c(2)
     sensor.write(0x60, 5)
     assert sensor.read(0x60, 1) == b"\x05"

@@ -64,6 +64,38 @@ def test_a_measurement_can_be_fetched_later(lab, latency_ms):
         assert distance_mm == centimetres * 10
 
 
+def test_a_register_can_be_fetched_later(lab):
+    room = lab()
+    room.attach(4, GenericI2CDevice()).write(bytes((0x10, 11, 22, 33)))
+    sensor = I2CSensor(room.brick.link, 4)
+    for register, value in ((0x10, 11), (0x11, 22)):
+        sensor.start_read(register)
+        assert sensor.fetch() is None, "the bus is busy"
+        room.brick.sleep(0.02)
+        assert sensor.fetch() == value
+
+
+def test_a_measurement_that_begins_during_another_one_is_not_taken_for_no_echo(lab):
+    """As when the safety stop and a program use one sonar."""
+    room = lab()
+    room.attach(3, UltrasonicSensor(lambda: 40))
+    sonar, polled = room.brick.ultrasonic(3), []
+    assert sonar.distance_mm == 400.0
+
+    def meanwhile():
+        sonar.start()
+        polled.append(sonar.poll())
+
+    room.simulation.at(room.simulation.now_ms + 4, meanwhile)
+    assert sonar.distance_mm == 400.0
+    assert polled == [(False, None)]
+    while not polled[-1][0]:
+        polled.append(sonar.poll())
+        room.brick.sleep(0.01)
+        assert len(polled) < 20
+    assert polled[-1] == (True, 400.0)
+
+
 def test_unfetched_bytes_are_not_the_next_answer(lab):
     room = lab()
     device = room.attach(4, GenericI2CDevice())
