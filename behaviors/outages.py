@@ -47,6 +47,8 @@ class OutageSupervisor:
         self._body, self._vision, self._clock = context.body, context.vision, context.clock
         self._timeout_s = timeout_s
         self._pause = context.pause
+        self._part = ""
+        self._begun_s = self._back_s = -math.inf
 
     @contextmanager
     def recording_sensors(self) -> Iterator[None]:
@@ -72,7 +74,8 @@ class OutageSupervisor:
     def wait_out(self, outage: Outage) -> None:
         """Wait until the failed part works again, or until the pause ends.
 
-        The robot stands still, by its leases if it cannot be reached.
+        The robot stands still, by its leases if it cannot be reached. A part that fails again within `RETRY_S` of its
+        return, such as a brick that refuses one telegram and answers the others, has failed all the time.
 
         Raises:
             Outage: `outage` itself, since it is the first cause: it lasted too long, or is permanent.
@@ -81,16 +84,20 @@ class OutageSupervisor:
             self._context.report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
             self._context.report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._hold_still()}))
             return
-        part, begun_s = part_of(outage), self._clock.now()
+        part, now_s = part_of(outage), self._clock.now()
+        fails_in_use = part == self._part and now_s < self._back_s + RETRY_S
+        if not fails_in_use:
+            self._part, self._begun_s = part, now_s
         self._context.report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept, noted_s = True, -math.inf
-        while not self._works_again(part):
+        while not self._works_again(part) or fails_in_use:
+            fails_in_use = False
             if self._pause.wanted:
-                begun_s += self._hold_still()
+                self._begun_s += self._hold_still()
             self._pause.check_end()
             self._context.check_time()
             now_s = self._clock.now()
-            left_s = begun_s + self._timeout_s - now_s
+            left_s = self._begun_s + self._timeout_s - now_s
             if outage.permanent or left_s <= 0:
                 raise outage from None
             if now_s - noted_s >= NOTE_S:
@@ -104,7 +111,8 @@ class OutageSupervisor:
                 if not slept:
                     raise outage from None
                 slept = False
-        silent_s = self._clock.now() - begun_s
+        self._back_s = self._clock.now()
+        silent_s = self._back_s - self._begun_s
         self._context.report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
     def _hold_still(self) -> float:

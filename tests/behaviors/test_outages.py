@@ -31,6 +31,7 @@ class Robot(RandomPorts):
     Attributes:
         stopped_s: When it was stopped, since the start.
         kept_alive: How often it was.
+        drove_on: Whether it drove during a wait.
     """
 
     def __init__(self, **for_s: float) -> None:
@@ -39,6 +40,7 @@ class Robot(RandomPorts):
         self._now_s, self._for_s = START_S, for_s
         self.stopped_s: list[float] = []
         self.kept_alive = 0
+        self.drove_on = False
 
     @property
     def passed_s(self) -> float:
@@ -53,6 +55,7 @@ class Robot(RandomPorts):
             raise OUTAGES.get(part, RobotUnreachable("lost"))
 
     def sleep(self, duration_s: float) -> None:
+        self.drove_on |= not self.at_rest
         super().sleep(duration_s)
         self._check("clock")
 
@@ -211,6 +214,40 @@ def test_work_is_called_again_after_each_outage():
     bench, results = Bench(Robot()), iter([raises(OUTAGES["link"]), raises(OUTAGES["camera"]), lambda: "done"])
     assert bench.supervisor.run(lambda: next(results)()) == "done"
     assert bench.events == ["link_lost", "link_back", "camera_lost", "camera_back"]
+
+
+def used(robot: Robot, outage: Outage, works_s: float, failures: float = math.inf) -> Callable[[], str]:
+    """Return work that fails each time after some time, though its part seems to work when it is retried."""
+    calls = 0
+
+    def work() -> str:
+        nonlocal calls
+        calls += 1
+        robot.drive(100.0, 0.0)
+        RandomPorts.sleep(robot, works_s)
+        if calls > failures:
+            return "done"
+        assert calls < 1000
+        raise outage
+
+    return work
+
+
+@pytest.mark.parametrize("part", OUTAGES)
+def test_a_part_that_works_when_it_is_retried_and_fails_when_it_is_used_ends_the_mission_in_time(part):
+    """Such as a brick that refuses one telegram and answers the others."""
+    bench = Bench(Robot())
+    with pytest.raises(Outage) as raised:
+        bench.supervisor.run(used(bench.robot, OUTAGES[part], works_s=0.02))
+    assert raised.value is OUTAGES[part]
+    assert bench.robot.passed_s == pytest.approx(TIMEOUT_S, abs=1.0)
+    assert bench.events.count(f"{part}_lost") < 100
+    assert not bench.robot.drove_on
+
+
+def test_outages_of_a_part_that_works_for_a_while_in_between_are_separate():
+    bench = Bench(Robot())
+    assert bench.supervisor.run(used(bench.robot, OUTAGES["link"], works_s=2.0, failures=30)) == "done"
 
 
 @pytest.mark.parametrize("reachable", [True, False])

@@ -1,0 +1,92 @@
+"""However a mission ends, the robot stands, and report and journal say why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from random_ports import RandomPorts, two_targets
+
+from behaviors.executive import Ending, Executive
+from behaviors.journal import Record, RecordKind
+from behaviors.ports import CameraLost, Glimpse, Ports, RobotUnreachable
+
+TIMEOUT_S, LIMIT_S = 12.0, 20.0
+START_S = 1000.0
+
+
+class Driving(RandomPorts):
+    """A robot that sees its target always, until an error comes while it drives.
+
+    Args:
+        error: Raised for each picture from then on.
+
+    Attributes:
+        drove: Whether it drove then.
+        trusted: How often the sonar was trusted anew.
+    """
+
+    def __init__(self, error: BaseException | None) -> None:
+        super().__init__(0)
+        self._finds, self._hinders, self._breaks, self._moves = 1.0, 0.0, 0.0, 0.0
+        self._error, self._now_s = error, START_S
+        self.drove = False
+        self.trusted = 0
+
+    def glance(self, targets: Sequence[str]) -> Glimpse:
+        self.drove |= not self.at_rest
+        if self._error and self.drove:
+            raise self._error
+        return super().glance(targets)
+
+    def range_mm(self) -> float | None:
+        return None
+
+    def trust_sonar(self) -> None:
+        self.trusted += 1
+
+
+def perform(robot: Driving) -> tuple[Executive, list[Record]]:
+    records: list[Record] = []
+    mission = two_targets(reconnect_timeout_s=TIMEOUT_S, time_limit_s=LIMIT_S)
+    return Executive(mission, Ports(robot, robot, robot), [records.append]), records
+
+
+@pytest.mark.parametrize(
+    ("error", "ending", "reason"),
+    [
+        (RobotUnreachable("the brick does not answer"), Ending.LINK_LOST, "link_lost"),
+        (RobotUnreachable("the brick refuses", refused=True), Ending.LINK_LOST, "link_lost"),
+        (CameraLost("no pictures"), Ending.CAMERA_LOST, "camera_lost"),
+        (KeyboardInterrupt(), Ending.INTERRUPTED, "operator_stop"),
+        (None, Ending.TIME_UP, "time_up"),
+    ],
+)
+def test_the_robot_stands_and_the_chart_ends_for_the_reason_of_the_ending(error, ending, reason):
+    robot = Driving(error)
+    executive, records = perform(robot)
+    report = executive.run()
+    assert robot.drove
+    assert robot.at_rest
+    assert robot.trusted == 1, "the next mission checks the sonar afresh"
+    assert report.ending is ending
+    assert report.path[-1] == "finished"
+    assert report.refused == getattr(error, "refused", False)
+    assert report.error == (str(error) if error else "")
+    assert report.duration_s == pytest.approx(records[-1].time_s, abs=0.001)
+    assert report.duration_s < LIMIT_S + 1.0
+    reasons = [record.data["reason"] for record in records if "reason" in record.data]
+    assert reasons[-1] == reason
+    assert records[-1].data["ending"] == ending
+
+
+def test_an_error_of_a_skill_is_raised_with_the_robot_at_rest():
+    robot = Driving(ZeroDivisionError("a mistake"))
+    executive, records = perform(robot)
+    with pytest.raises(ZeroDivisionError):
+        executive.run()
+    assert robot.drove
+    assert robot.at_rest
+    assert robot.trusted == 1
+    assert (records[-1].kind, records[-1].data["ending"]) == (RecordKind.END, Ending.BROKEN)
+    assert records[-1].data["error"] == "a mistake"
