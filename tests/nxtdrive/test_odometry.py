@@ -102,7 +102,9 @@ def test_a_correction_turns_the_robot_where_it_is_and_begins_a_new_stretch():
 @given(
     st.floats(-1000, 1000), st.floats(-720, 720), st.floats(-20, 20), st.floats(-20, 50), st.booleans(), st.booleans()
 )
-def test_wheels_that_turn_as_far_as_a_motion_needs_count_that_motion(distance_mm, turn_deg, mismatch, slip, left, right):
+def test_wheels_that_turn_as_far_as_a_motion_needs_count_that_motion(
+    distance_mm, turn_deg, mismatch, slip, left, right
+):
     wheels = geometry(reversed=(left, right), mismatch_percent=mismatch, turn_slip_percent=slip)
     odometry = Odometry(wheels)
     odometry.update(reading(0, 0, 0.0))
@@ -121,9 +123,7 @@ def test_slip_is_the_share_of_a_turn_that_is_lost(slip_percent, turned_deg):
     assert driven((180, -180), wheels=geometry(turn_slip_percent=slip_percent)).turned_deg == pytest.approx(turned_deg)
 
 
-@pytest.mark.parametrize(
-    ("name", "least", "most"), [("mismatch_percent", -20, 20), ("turn_slip_percent", -20, 50)]
-)
+@pytest.mark.parametrize(("name", "least", "most"), [("mismatch_percent", -20, 20), ("turn_slip_percent", -20, 50)])
 def test_percentages_are_refused_from_the_end_of_their_range_on(name, least, most):
     for inside in (least, most):
         geometry(**{name: inside})
@@ -164,6 +164,13 @@ def test_counters_that_jump_are_not_motion(counts, after_s, same_link, counted):
     odometry = Odometry(geometry())
     odometry.update(reading(-20, -20, 0.0))
     begun = odometry.pose
-    odometry.update(reading(counts[0] - 20 if any(counts) else 0, counts[1] - 20 if any(counts) else 0, after_s, LINK if same_link else object()))
+    odometry.update(
+        reading(
+            counts[0] - 20 if any(counts) else 0,
+            counts[1] - 20 if any(counts) else 0,
+            after_s,
+            LINK if same_link else object(),
+        )
+    )
     assert (odometry.pose != begun) == counted
     assert odometry.last.time_s == after_s

@@ -38,7 +38,12 @@ def test_the_ends_of_the_range_of_tones_are_played(lab, tone):
 
 @pytest.mark.parametrize(
     ("tone", "name"),
-    [((219, 10), "frequency_hz"), ((14081, 10), "frequency_hz"), ((440, 9), "duration_ms"), ((440, 65536), "duration_ms")],
+    [
+        ((219, 10), "frequency_hz"),
+        ((14081, 10), "frequency_hz"),
+        ((440, 9), "duration_ms"),
+        ((440, 65536), "duration_ms"),
+    ],
 )
 def test_a_tone_that_the_brick_cannot_play_is_refused(lab, tone, name):
     with pytest.raises(LocalProtocolError, match=name):
