@@ -127,13 +127,6 @@ class Bench:
         return [str(fact.event) for fact in self.facts]
 
 
-def raises(outage: Outage) -> Callable[[], None]:
-    def work() -> None:
-        raise outage
-
-    return work
-
-
 @pytest.mark.parametrize("part", OUTAGES)
 def test_a_part_is_retried_twice_a_second_with_the_robot_at_rest_until_it_works(part):
     bench = Bench(Robot(**{part: 12.0}))
@@ -211,8 +204,14 @@ def test_a_clock_that_keeps_failing_ends_the_wait_with_the_first_cause():
 
 
 def test_work_is_called_again_after_each_outage():
-    bench, results = Bench(Robot()), iter([raises(OUTAGES["link"]), raises(OUTAGES["camera"]), lambda: "done"])
-    assert bench.supervisor.run(lambda: next(results)()) == "done"
+    bench, outages = Bench(Robot()), [OUTAGES["link"], OUTAGES["camera"]]
+
+    def work() -> str:
+        if outages:
+            raise outages.pop(0)
+        return "done"
+
+    assert bench.supervisor.run(work) == "done"
     assert bench.events == ["link_lost", "link_back", "camera_lost", "camera_back"]
 
 

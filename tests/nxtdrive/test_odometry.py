@@ -102,7 +102,7 @@ def test_a_correction_turns_the_robot_where_it_is_and_begins_a_new_stretch():
 @given(
     st.floats(-1000, 1000), st.floats(-720, 720), st.floats(-20, 20), st.floats(-20, 50), st.booleans(), st.booleans()
 )
-def test_wheels_that_turn_as_far_as_a_motion_needs_count_that_motion(
+def test_wheels_that_turn_as_far_as_a_motion_needs_count_it(
     distance_mm, turn_deg, mismatch, slip, left, right
 ):
     wheels = geometry(reversed=(left, right), mismatch_percent=mismatch, turn_slip_percent=slip)
@@ -115,7 +115,7 @@ def test_wheels_that_turn_as_far_as_a_motion_needs_count_that_motion(
 
 
 def test_the_mean_of_both_wheels_has_the_diameter_and_the_right_one_is_larger_by_the_mismatch():
-    assert mm_per_degree(360 / math.pi, 4.0) == pytest.approx((0.98, 1.02))
+    assert mm_per_degree(2 * 360 / math.pi, 4.0) == pytest.approx((1.96, 2.04))
 
 
 @pytest.mark.parametrize(("slip_percent", "turned_deg"), [(0, 90), (20, 72), (50, 45), (-20, 108)])
@@ -149,28 +149,23 @@ def test_wheels_rest_since_the_first_of_equal_readings():
 
 
 @pytest.mark.parametrize(
-    ("counts", "after_s", "same_link", "counted"),
+    ("begin", "end", "after_s", "same_link", "counted"),
     [
-        ((1000, 1000), 1.0, True, True),  # full speed
-        ((2000, 2000), 1.0, True, False),
-        ((-2000, 0), 1.0, True, False),
-        ((5000, 5000), 5.0, True, True),
-        ((5000, 5000), 5.0, False, False),  # while the link was lost, the wheels turned for one lease
-        ((300, 300), 5.0, False, True),
-        ((0, 0), 5.0, True, False),  # back to where the counters begin
+        ((0, 0), (1000, 1000), 1.0, True, True),  # full speed
+        ((0, 0), (2000, 2000), 1.0, True, False),
+        ((0, 0), (-2000, 10), 1.0, True, False),
+        ((0, 0), (5000, 5000), 5.0, True, True),
+        ((0, 0), (5000, 5000), 5.0, False, False),  # while the link was lost, the wheels turned for one lease
+        ((0, 0), (300, 300), 5.0, False, True),
+        ((-20, -20), (0, 0), 5.0, True, False),  # back to where the counters begin
+        ((-2, -2), (0, 0), 5.0, True, True),
+        ((-20, -20), (0, -40), 5.0, True, True),
     ],
 )
-def test_counters_that_jump_are_not_motion(counts, after_s, same_link, counted):
+def test_counters_that_jump_are_not_motion(begin, end, after_s, same_link, counted):
     odometry = Odometry(geometry())
-    odometry.update(reading(-20, -20, 0.0))
-    begun = odometry.pose
-    odometry.update(
-        reading(
-            counts[0] - 20 if any(counts) else 0,
-            counts[1] - 20 if any(counts) else 0,
-            after_s,
-            LINK if same_link else object(),
-        )
-    )
-    assert (odometry.pose != begun) == counted
-    assert odometry.last.time_s == after_s
+    odometry.update(reading(*begin, 100.0))
+    before = odometry.pose
+    odometry.update(reading(*end, 100.0 + after_s, LINK if same_link else object()))
+    assert (odometry.pose != before) == counted
+    assert odometry.last.angles_deg == end

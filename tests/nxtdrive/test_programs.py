@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.direct import GetInputValues, StartProgram, StopProgram
+from firmware_protocol.direct import GetInputValues, MessageRead, MessageWrite, StartProgram, StopProgram
 from firmware_protocol.enums import InputPort, SensorType
-from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError
+from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError, MailboxEmpty
 from firmware_protocol.status import Status
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.cli.main import DONE, main
@@ -85,6 +85,51 @@ def test_a_start_that_says_ok_and_does_nothing_is_an_error(room):
     with pytest.raises(BrickBusy, match=r"loop\.rxe did not start"):
         room.brick.programs.start("loop.rxe")
     assert room.brick.now() - begun_s < 5.0
+
+
+def test_what_the_brick_refuses_to_say_is_not_that_no_program_runs(room):
+    room.simulation.deliver = lambda telegram: bytes((2, telegram[1], Status.BAD_ARGUMENTS)) + bytes(20)
+    with pytest.raises(BrickError) as caught:
+        _ = room.brick.programs.running
+    assert caught.value.status is Status.BAD_ARGUMENTS
+
+
+@pytest.mark.parametrize("after_ms", [200, None])
+def test_a_stop_returns_when_the_program_has_ended_and_not_before(room, after_ms):
+    room.brick.programs.start("loop.rxe")
+    simulation, deliver = room.simulation, room.simulation.deliver
+
+    def slowly(telegram):
+        if telegram != StopProgram().encode():
+            return deliver(telegram)
+        if after_ms is not None:
+            simulation.at(simulation.now_ms + after_ms, lambda: deliver(telegram))
+        return b"\x02\x01\0"
+
+    simulation.deliver = slowly
+    begun_s = room.brick.now()
+    if after_ms is None:
+        with pytest.raises(BrickBusy, match="does not stop"):
+            room.brick.programs.stop()
+        assert room.brick.now() - begun_s < 1.0
+    else:
+        assert room.brick.programs.stop()
+        assert room.brick.now() - begun_s == pytest.approx(after_ms / 1000, abs=0.05)
+        assert room.brick.programs.running is None
+
+
+@pytest.mark.parametrize("box", [1, 4, 10])
+def test_messages_go_to_their_mailbox_of_the_program_and_come_from_its_own(room, box):
+    programs = room.brick.programs
+    programs.start("loop.rxe")
+    programs.write_message(box, "to the program")
+    arrived = room.brick.request(MessageRead(box - 1, 0, True)).text
+    assert arrived == "to the program"
+    room.brick.request(MessageWrite.text(10 + box - 1, "from the program"))
+    assert programs.read_message(box, remove=False) == "from the program"
+    assert programs.read_message(box) == "from the program"
+    with pytest.raises(MailboxEmpty):
+        programs.read_message(box)
 
 
 def test_a_second_program_is_refused(room):

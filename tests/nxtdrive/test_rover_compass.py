@@ -173,7 +173,8 @@ def rests(heading, readings, heading_deg=0.0):
 
 @pytest.mark.parametrize("heading_deg", [0.0, 50.0, -725.0])
 def test_the_first_reading_says_where_north_is_whatever_the_heading_is_called(heading_deg):
-    assert rests(CompassFilter(), [130, 130, 130], heading_deg) == pytest.approx([heading_deg] * 3)
+    after = rests(CompassFilter(), [130, 130, 131], heading_deg)
+    assert after == pytest.approx([heading_deg, heading_deg, heading_deg + 0.2], abs=0.1)
 
 
 def test_noise_of_the_compass_is_smoothed_and_a_remaining_error_is_gone_after_twenty_readings():

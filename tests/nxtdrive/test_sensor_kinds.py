@@ -135,6 +135,7 @@ def test_the_colour_of_a_surface(lab, surface, color):
     assert max(range(3), key=rgb.__getitem__) == max(range(3), key=surface.__getitem__)
     assert sensor.color is color
     assert sensor.brightness_percent("red") > sensor.brightness_percent("off")
+    assert sensor.rgb == pytest.approx(rgb, abs=20)
     assert sensor.color is color
 
 
@@ -171,7 +172,9 @@ def test_a_snapshot_has_all_echoes_and_the_sensor_measures_on_afterwards(lab):
     sonar = room.brick.ultrasonic(4)
     assert sonar.snapshot() == (300.0, 800.0, 1200.0)
     assert device.pings == 1
-    assert sonar.distance_mm == 800.0
+    device.echoes_cm[0] = 90
+    assert sonar.distance_mm == 900.0
+    device.echoes_cm[0] = 80
     assert sonar.snapshot() == (300.0, 800.0, 1200.0)
     sonar.start()
     room.brick.sleep(0.05)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from firmware_protocol.direct import LSWrite
-from firmware_protocol.enums import InputPort
+from firmware_protocol.direct import LSWrite, SetInputMode
+from firmware_protocol.enums import InputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, LocalProtocolError
 from firmware_protocol.status import Status
 from nxtdrive.sensors import I2CSensor
@@ -35,11 +35,19 @@ def test_a_distance_is_in_millimetres_and_none_without_an_echo(lab, latency_ms, 
     assert sonar.distance_mm == distance_mm
 
 
+def test_a_port_that_a_program_has_set_to_the_same_type_in_another_mode_is_set_up(lab):
+    room = lab()
+    room.attach(2, TouchSensor(lambda: True))
+    room.brick.request(SetInputMode(InputPort.IN_2, SensorType.SWITCH, SensorMode.RAW))
+    assert room.brick.touch(2).pressed
+
+
 def test_a_sonar_that_was_switched_off_is_switched_on_again(lab):
     room = lab()
     room.attach(3, UltrasonicSensor(lambda: 50))
     first = room.brick.ultrasonic(3)
     first.write(0x41, 0x00)
+    assert first.read(0x41, 1) == b"\0"
     second = room.brick.ultrasonic(3)
     second.set_up()
     room.brick.sleep(0.2)

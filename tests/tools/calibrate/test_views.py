@@ -97,7 +97,7 @@ def test_a_frame_shows_the_sheet_from_where_the_robot_was_when_it_was_exposed(la
 @given(st.lists(st.tuples(st.integers(-50, 50), st.integers(-50, 50)), min_size=1, max_size=30), st.floats(-10, 10))
 def test_the_path_by_the_counts_is_that_of_odometry(steps, mismatch_percent):
     wheels = WheelGeometry.of(56.0, 112.0, reversed=False, mismatch_percent=mismatch_percent)
-    counts = np.cumsum([(0.0, 0.0), *steps], axis=0) + (1000.0, 2000.0)
+    counts = np.cumsum([(1000.0, 2000.0), *steps], axis=0)
     odometry = Odometry(wheels)
     for i, (left, right) in enumerate(counts):
         odometry.update(Sample((left, right), i * 0.5, 0.0, None))
