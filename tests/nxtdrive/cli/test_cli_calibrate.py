@@ -160,6 +160,9 @@ def test_wheels_are_measured_by_ruler(here, monkeypatch, capsys):
     assert file.robot.axle_track_mm == pytest.approx(105.0, abs=0.3)
     assert file.robot.radius_mm == 140.0
     assert file.calibration.wheels.method == "ruler"
+    # 2 mm in a metre, 3 degrees in five turns
+    sure = {"wheel_diameter_mm": 58 * 0.002, "axle_track_mm": 105 * (0.002 + 3 / 1800), "radius_mm": 5.0}
+    assert file.calibration.wheels.standard_uncertainty == pytest.approx(sure, rel=0.05)
     assert file.calibration.brick_id == "001653010203"
 
 
