@@ -10,8 +10,9 @@ from random_ports import RandomPorts, two_targets
 from behaviors.executive import Ending, Executive
 from behaviors.journal import Record, RecordKind
 from behaviors.ports import CameraLost, Glimpse, Ports, RobotUnreachable
+from behaviors.wiring import WrongWiring
 
-TIMEOUT_S, LIMIT_S = 12.0, 20.0
+TIMEOUT_S, LIMIT_S = 3.0, 8.0
 START_S = 1000.0
 
 
@@ -46,10 +47,13 @@ class Driving(RandomPorts):
         self.trusted += 1
 
 
-def perform(robot: Driving) -> tuple[Executive, list[Record]]:
+def perform(robot: Driving) -> tuple[Executive, list[Record], list[bool]]:
+    """Return the mission, its journal, and whether the robot stood when each record was written."""
     records: list[Record] = []
+    stood: list[bool] = []
     mission = two_targets(reconnect_timeout_s=TIMEOUT_S, time_limit_s=LIMIT_S)
-    return Executive(mission, Ports(robot, robot, robot), [records.append]), records
+    observers = [records.append, lambda _: stood.append(robot.at_rest)]
+    return Executive(mission, Ports(robot, robot, robot), observers), records, stood
 
 
 @pytest.mark.parametrize(
@@ -58,31 +62,33 @@ def perform(robot: Driving) -> tuple[Executive, list[Record]]:
         (RobotUnreachable("the brick does not answer"), Ending.LINK_LOST, "link_lost"),
         (RobotUnreachable("the brick refuses", refused=True), Ending.LINK_LOST, "link_lost"),
         (CameraLost("no pictures"), Ending.CAMERA_LOST, "camera_lost"),
+        (WrongWiring("the motors are exchanged"), Ending.WRONG_WIRING, "wrong_wiring"),
         (KeyboardInterrupt(), Ending.INTERRUPTED, "operator_stop"),
         (None, Ending.TIME_UP, "time_up"),
     ],
 )
 def test_the_robot_stands_and_the_chart_ends_for_the_reason_of_the_ending(error, ending, reason):
     robot = Driving(error)
-    executive, records = perform(robot)
+    executive, records, stood = perform(robot)
     report = executive.run()
     assert robot.drove
     assert robot.at_rest
     assert robot.trusted == 1, "the next mission checks the sonar afresh"
     assert report.ending is ending
-    assert report.path[-1] == "finished"
+    assert (report.path[:2], report.path[-1]) == (["search", "arrive"], "finished")
     assert report.refused == getattr(error, "refused", False)
     assert report.error == (str(error) if error else "")
     assert report.duration_s == pytest.approx(records[-1].time_s, abs=0.001)
     assert report.duration_s < LIMIT_S + 1.0
-    reasons = [record.data["reason"] for record in records if "reason" in record.data]
-    assert reasons[-1] == reason
+    end = max(i for i, record in enumerate(records) if "reason" in record.data)
+    assert records[end].data["reason"] == reason
+    assert all(stood[end:]), "it stops before the reason is reported"
     assert records[-1].data["ending"] == ending
 
 
 def test_an_error_of_a_skill_is_raised_with_the_robot_at_rest():
     robot = Driving(ZeroDivisionError("a mistake"))
-    executive, records = perform(robot)
+    executive, records, _ = perform(robot)
     with pytest.raises(ZeroDivisionError):
         executive.run()
     assert robot.drove
