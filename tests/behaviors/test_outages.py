@@ -249,6 +249,14 @@ def test_outages_of_a_part_that_works_for_a_while_in_between_are_separate():
     assert bench.supervisor.run(used(bench.robot, OUTAGES["link"], works_s=2.0, failures=30)) == "done"
 
 
+def test_an_outage_of_another_part_just_after_a_return_is_an_outage_of_its_own():
+    bench = Bench(Robot(link=20.0, camera=45.0))
+    bench.supervisor.wait_out(OUTAGES["link"])
+    bench.supervisor.wait_out(OUTAGES["camera"])
+    assert bench.events == ["link_lost", "link_back", "camera_lost", "camera_back"]
+    assert bench.robot.passed_s == pytest.approx(45.0, abs=0.5)
+
+
 @pytest.mark.parametrize("reachable", [True, False])
 def test_in_a_pause_the_robot_stands_awake_and_no_limit_counts(reachable):
     robot = Robot(stop=0.0 if reachable else 1000.0)

@@ -1,4 +1,5 @@
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.iomap import (
     COMM,
     COMMAND,
+    DISPLAY,
     INPUT,
     IO_MAPS,
     OUTPUT,
@@ -47,6 +49,22 @@ def test_names_identifiers_and_sizes_are_what_the_firmware_lists(io_map):
 
     assert listed["reply"][io_map.name] == (io_map.module_id, io_map.size)
     assert listed["reply_lego105"][io_map.name] == (io_map.module_id, io_map.size_1_05)
+
+
+FACT_SHEET = (Path(__file__).parents[2] / "docs" / "firmware.md").read_text(encoding="utf-8")
+SECTION = FACT_SHEET.split("\n### 5.2 ")[1].split("\n## ")[0]
+
+
+@pytest.mark.parametrize(
+    ("io_map", "named"), [(OUTPUT, 13), (INPUT, 9), (DISPLAY, 4), (SOUND, 6), (UI, 16), (COMM, 4), (COMMAND, 6)]
+)
+def test_variables_lie_where_the_fact_sheet_says(io_map, named):
+    """It is written from what was measured; names that it shortens are left out."""
+    text = SECTION.split(f"\n* **{io_map.name.removesuffix('.mod')}**")[1].split("\n* **")[0]
+    places = [(int(offset), name) for offset, name in re.findall(r"(\d+) ([A-Z]\w+)", text) if name in io_map.fields]
+    assert len({name for _, name in places}) >= named
+    for name in {name for _, name in places}:
+        assert (io_map.fields[name].offset, name) in places
 
 
 def test_a_variable_is_read_and_written_where_it_lies():
