@@ -102,9 +102,7 @@ def test_a_correction_turns_the_robot_where_it_is_and_begins_a_new_stretch():
 @given(
     st.floats(-1000, 1000), st.floats(-720, 720), st.floats(-20, 20), st.floats(-20, 50), st.booleans(), st.booleans()
 )
-def test_wheels_that_turn_as_far_as_a_motion_needs_count_it(
-    distance_mm, turn_deg, mismatch, slip, left, right
-):
+def test_wheels_that_turn_as_far_as_a_motion_needs_count_it(distance_mm, turn_deg, mismatch, slip, left, right):
     wheels = geometry(reversed=(left, right), mismatch_percent=mismatch, turn_slip_percent=slip)
     odometry = Odometry(wheels)
     odometry.update(reading(0, 0, 0.0))

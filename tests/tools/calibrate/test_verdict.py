@@ -123,6 +123,7 @@ def test_whole_centimetres_are_part_of_the_uncertainty():
     track.ranges = [(i * 0.1, (wall_mm - 100.0) // 10 * 10) for i, wall_mm in enumerate(walls_mm)]
     found = estimate_sonar(track, values)
     assert abs(found.forward_mm - 100.0) < 2 * found.standard_error_mm
+    assert found.standard_error_mm == pytest.approx(10 / math.sqrt(12), rel=0.1)
 
 
 @pytest.mark.parametrize(
@@ -176,5 +177,7 @@ def test_the_beam_of_the_sonar_is_found_where_the_wall_echoes_aslant(cone_deg, a
     assert found.forward_mm == pytest.approx(100.0, abs=3)
     if aslant:
         assert found.cone_deg[0] == pytest.approx(cone_deg, abs=3)
+        assert 3.0 <= found.cone_deg[1] < 5.0
+        assert found.noise_mm == pytest.approx(5.0, rel=0.3)
     else:
         assert found.cone_deg is None

@@ -190,3 +190,13 @@ def test_a_guess_weighs_as_much_as_measurements_of_its_uncertainty():
     found = fit(lambda p: p[0] - measured, np.array([7.3]), np.full(1, 0.1), np.full(1, 1e-3))
     assert found.values[0] == pytest.approx((measured.mean() + 7.3) / 2, abs=0.03)
     assert found.standard_errors[0] == pytest.approx(0.1 / math.sqrt(2), rel=0.15)
+
+
+def test_a_fit_that_takes_several_steps_ends_where_guess_and_measurements_are_missed_least():
+    measured = math.exp(1.5) + np.random.default_rng(1).normal(0.0, 0.5, 400)
+    guess, sd = 1.2, 0.02
+    found = fit(lambda p: np.exp(p[0]) - measured, np.array([guess]), np.array([sd]), np.array([1e-4]))
+    values = np.linspace(1.2, 1.6, 2001)
+    missed = ((np.exp(values)[:, None] - measured) ** 2).sum(axis=1) / found.residual**2 + ((values - guess) / sd) ** 2
+    assert found.converged
+    assert found.values[0] == pytest.approx(values[missed.argmin()], abs=0.003)
