@@ -244,6 +244,13 @@ def test_a_part_that_works_when_it_is_retried_and_fails_when_it_is_used_ends_the
     assert not bench.robot.drove_on
 
 
+def test_a_part_that_fails_in_use_is_retried_twice_a_second_until_it_works_in_use():
+    bench = Bench(Robot())
+    assert bench.supervisor.run(used(bench.robot, OUTAGES["link"], works_s=0.02, failures=5)) == "done"
+    assert bench.robot.passed_s == pytest.approx(4 * 0.5, abs=0.2)
+    assert bench.events == ["link_lost", "link_back"] * 5
+
+
 def test_outages_of_a_part_that_works_for_a_while_in_between_are_separate():
     bench = Bench(Robot())
     assert bench.supervisor.run(used(bench.robot, OUTAGES["link"], works_s=2.0, failures=30)) == "done"
