@@ -32,6 +32,10 @@ class WorldObject(Protocol):
     def shapes(self) -> tuple[pymunk.Shape, ...]:
         """Outline in the physics."""
 
+    @property
+    def absorbs(self) -> bool:
+        """Whether it absorbs ultrasound: neither it nor what is behind it gives an echo."""
+
     def panels(self) -> list[Panel]:
         """Return the surfaces that the camera sees; none while it is absent."""
 
@@ -40,7 +44,7 @@ class WallObject:
     """A fixed inner wall."""
 
     def __init__(self, space: pymunk.Space, wall: Wall) -> None:
-        self.height_mm, self._wall = wall.height_mm, wall
+        self.height_mm, self.absorbs, self._wall = wall.height_mm, wall.absorbs, wall
         segment = pymunk.Segment(space.static_body, wall.from_mm, wall.to_mm, wall.thickness_mm / 2)
         segment.friction = 0.5
         self.shapes: tuple[pymunk.Shape, ...] = (segment,)
@@ -59,6 +63,7 @@ class RoomObject:
     """The four walls around the floor; their thickness lies outside the room."""
 
     THICKNESS_MM = 200.0
+    absorbs = False
 
     def __init__(self, space: pymunk.Space, floor: Floor) -> None:
         self.height_mm, self._floor = floor.wall_height_mm, floor
@@ -164,7 +169,7 @@ class BoxObject(PlacedObject):
     """
 
     def __init__(self, space: pymunk.Space, box: Box) -> None:
-        self.name, self.height_mm, self._box = box.name, box.height_mm, box
+        self.name, self.height_mm, self.absorbs, self._box = box.name, box.height_mm, box.absorbs, box
         if box.mass_kg is None:
             body = pymunk.Body(body_type=pymunk.Body.STATIC)
         else:
@@ -187,6 +192,8 @@ class BoxObject(PlacedObject):
 
 class PictureObject(PlacedObject):
     """A picture on a stand."""
+
+    absorbs = False
 
     def __init__(self, space: pymunk.Space, picture: Picture) -> None:
         self.name, self._picture = picture.name, picture

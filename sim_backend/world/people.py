@@ -19,6 +19,7 @@ class PersonObject:
         name: As in the world file.
         height_mm: Height of the body.
         texture: Name of the clothes in the texture library.
+        absorbs: Whether the clothes absorb ultrasound.
         present: Whether the person is in the room.
         walking: Whether the person is on the move.
         shapes: Outline in the physics.
@@ -26,7 +27,7 @@ class PersonObject:
 
     def __init__(self, space: pymunk.Space, person: Person) -> None:
         self.name, self.height_mm, self._person = person.name, person.height_mm, person
-        self.radius_mm, self.texture = person.radius_mm, person.texture
+        self.radius_mm, self.texture, self.absorbs = person.radius_mm, person.texture, person.absorbs
         self.present = self.walking = False
         self._space = space
         self._body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from random import Random
 
 import pymunk
 
 from sim_backend.camera.scene import Viewpoint, in_camera_frame
 from sim_backend.plane import wrapped_deg
-from sim_backend.world.objects import PictureObject
+from sim_backend.world.objects import PictureObject, WorldObject
 from sim_backend.world.robot import ROBOT_GROUP, RobotBody
 from sim_backend.world.sensor_tables import EchoSettings
 from sim_backend.world.toml_types import Point
@@ -30,34 +30,54 @@ VIEW_ANGLE_DEG = 55.0
 _NOT_ROBOT = pymunk.ShapeFilter(group=ROBOT_GROUP)
 
 
+class RayCaster:
+    """Finds what rays over the floor meet, except the robot.
+
+    Args:
+        space: The physics.
+        objects: All objects in it; those that are absent now are in no ray's way.
+    """
+
+    def __init__(self, space: pymunk.Space, objects: Iterable[WorldObject]) -> None:
+        self._space = space
+        self._objects: dict[pymunk.Shape, WorldObject] = {}
+        for obj in objects:
+            self.add(obj)
+
+    def add(self, obj: WorldObject) -> None:
+        """Add an object."""
+        self._objects.update(dict.fromkeys(obj.shapes, obj))
+
+    def cast(self, start: Point, end: Point) -> Iterator[tuple[WorldObject, pymunk.SegmentQueryInfo]]:
+        """Yield the objects on the line between two points, nearest first, and where it meets them."""
+        for hit in sorted(self._space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha):
+            if hit.shape is not None:
+                yield self._objects[hit.shape], hit
+
+
 class UltrasonicBeam:
     """The beam of an ultrasonic sensor: the nearest echo in a cone.
 
     Args:
-        space: The physics with all obstacles.
+        rays: Finds the obstacles; those lower than the sensor give no echo.
         sensor: Parameters of the sensor.
         robot: The robot that carries it.
         at_mm: Position on the robot: (forward, right) of the middle of the axle.
         direction_deg: Direction of the beam, clockwise from the front.
-        heights_mm: Height of every shape; shapes lower than the sensor give no echo.
-        absorbing: Shapes that absorb the sound: neither they nor what is behind them gives an echo.
         random: Random numbers for noise and dropouts.
     """
 
     def __init__(
         self,
-        space: pymunk.Space,
+        rays: RayCaster,
         sensor: EchoSettings,
         robot: RobotBody,
         at_mm: Point,
         direction_deg: float,
-        heights_mm: Mapping[pymunk.Shape, float],
-        absorbing: Collection[pymunk.Shape],
         random: Random,
     ) -> None:
-        self._space, self._sensor, self._robot, self._heights_mm = space, sensor, robot, heights_mm
+        self._rays, self._sensor, self._robot, self._random = rays, sensor, robot, random
         self._at_mm, self._direction_deg = at_mm, direction_deg
-        self._absorbing, self._random = absorbing, random
 
     def distance_cm(self) -> int | None:
         """Return a new reading in whole centimetres, 3..254, or None without an echo."""
@@ -80,10 +100,10 @@ class UltrasonicBeam:
     def _echo_mm(self, x: float, y: float, angle: float) -> float | None:
         """Return the distance of the first hit of a ray; None without a hit or if the surface deflects the echo."""
         along_x, along_y = math.cos(angle), math.sin(angle)
-        for hit in _hits(self._space, (x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
-            if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
+        for obj, hit in self._rays.cast((x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
+            if obj.height_mm < self._sensor.height_mm:
                 continue
-            if hit.shape in self._absorbing:
+            if obj.absorbs:
                 return None
             incidence_cosine = -(hit.normal.x * along_x + hit.normal.y * along_y)
             returns = incidence_cosine >= math.cos(math.radians(self._sensor.max_incidence_deg))
@@ -95,13 +115,12 @@ class LinesOfSight:
     """What the robot's camera could see.
 
     Args:
-        space: The physics with all obstacles.
-        heights_mm: Height of every shape.
+        rays: Finds the obstacles.
         hfov_deg: Horizontal field of view.
     """
 
-    def __init__(self, space: pymunk.Space, heights_mm: Mapping[pymunk.Shape, float], hfov_deg: float) -> None:
-        self._space, self._heights_mm, self._hfov_deg = space, heights_mm, hfov_deg
+    def __init__(self, rays: RayCaster, hfov_deg: float) -> None:
+        self._rays, self._hfov_deg = rays, hfov_deg
 
     def in_view(self, picture: PictureObject, viewpoint: Viewpoint) -> bool:
         """Return whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
@@ -117,11 +136,11 @@ class LinesOfSight:
         if not picture.present or abs(wrapped_deg(back - picture.facing_deg)) > most_deg:
             return False
         points, centre_mm = picture.edge_points(), picture.centre_height_mm
-        return all(self.sees(point, centre_mm, picture.shapes, viewpoint) for point in points)
+        return all(self.sees(picture, point, centre_mm, viewpoint) for point in points)
 
-    def sees(self, point: Point, height_mm: float, shapes: Collection[pymunk.Shape], viewpoint: Viewpoint) -> bool:
-        """Return whether a point is in a camera's view and hidden by nothing but `shapes`, the object it belongs to."""
-        return self._in_frame(point, height_mm, viewpoint) and not self._hidden(point, height_mm, shapes, viewpoint)
+    def sees(self, obj: WorldObject, point: Point, height_mm: float, viewpoint: Viewpoint) -> bool:
+        """Return whether a point of an object is in a camera's view and no other object hides it."""
+        return self._in_frame(point, height_mm, viewpoint) and not self._hidden(obj, point, height_mm, viewpoint)
 
     def _in_frame(self, point: Point, height_mm: float, viewpoint: Viewpoint) -> bool:
         """Return whether a point is in a camera's field of view; vertically only for a tilted or rolled camera."""
@@ -132,19 +151,12 @@ class LinesOfSight:
         reach = depth * math.tan(math.radians(self._hfov_deg / 2))
         return abs(right) <= reach and abs(down) <= reach * FRAME_ASPECT
 
-    def _hidden(self, point: Point, height_mm: float, shapes: Collection[pymunk.Shape], viewpoint: Viewpoint) -> bool:
-        for hit in _hits(self._space, (viewpoint.x_mm, viewpoint.y_mm), point):
-            if hit.shape is None or hit.shape in shapes:
-                continue
-            sight_line_mm = viewpoint.height_mm + (height_mm - viewpoint.height_mm) * hit.alpha
-            if self._heights_mm[hit.shape] > sight_line_mm:
-                return True
-        return False
-
-
-def _hits(space: pymunk.Space, start: Point, end: Point) -> Iterable[pymunk.SegmentQueryInfo]:
-    """Return all hits between two points except the robot, nearest first."""
-    return sorted(space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha)
+    def _hidden(self, obj: WorldObject, point: Point, height_mm: float, viewpoint: Viewpoint) -> bool:
+        rise_mm = height_mm - viewpoint.height_mm
+        return any(
+            other is not obj and other.height_mm > viewpoint.height_mm + rise_mm * hit.alpha
+            for other, hit in self._rays.cast((viewpoint.x_mm, viewpoint.y_mm), point)
+        )
 
 
 def _bearing_deg(start: Point, end: Point) -> float:

@@ -22,11 +22,11 @@ from sim_backend.world.objects import (
 from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
-from sim_backend.world.sensing import LinesOfSight, UltrasonicBeam
+from sim_backend.world.sensing import LinesOfSight, RayCaster, UltrasonicBeam
 from sim_backend.world.sensor_tables import EchoSettings
 from sim_backend.world.surroundings import LocalConditions
 from sim_backend.world.toml_types import Point
-from sim_backend.world.world_file import Box, Person, Picture, Wall, WorldFile
+from sim_backend.world.world_file import Box, Person, Picture, WorldFile
 
 STEP_MS = 10
 _STEP_S = STEP_MS / 1000.0
@@ -77,13 +77,8 @@ class World:
             **self.pictures,
             **self.people,
         }
-        everything: list[WorldObject] = [*walls, *self._objects.values()]
-        self._heights_mm = {shape: obj.height_mm for obj in everything for shape in obj.shapes}
-        self._sight = LinesOfSight(space, self._heights_mm, file.camera.hfov_deg)
-        tables: tuple[Wall | Box | Person, ...] = (*file.walls, *file.boxes, *file.people)
-        standing = (*walls[1:], *self.boxes.values(), *self.people.values())
-        soft = (obj for table, obj in zip(tables, standing, strict=True) if table.absorbs)
-        self._absorbing = {shape for obj in soft for shape in obj.shapes}
+        self._rays = RayCaster(space, [*walls, *self._objects.values()])
+        self._sight = LinesOfSight(self._rays, file.camera.hfov_deg)
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
         self.surroundings = LocalConditions(file)
         # the purpose is part of the seed: under another name, every room with events would continue in another way
@@ -96,9 +91,7 @@ class World:
 
     def beam(self, sensor: EchoSettings, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
-        random = self._random(name)
-        heights_mm, absorbing = self._heights_mm, self._absorbing
-        return UltrasonicBeam(self._space, sensor, self.robot, at_mm, direction_deg, heights_mm, absorbing, random)
+        return UltrasonicBeam(self._rays, sensor, self.robot, at_mm, direction_deg, self._random(name))
 
     def _random(self, purpose: str) -> Random:
         """Return a generator of its own for one purpose."""
@@ -175,7 +168,7 @@ class World:
         """Return whether a picture's front, or the middle of a box or person, is in the robot's view and not hidden."""
         if isinstance(obj, PictureObject):
             return self._sight.shows(obj, self.viewpoint())
-        return obj.present and self._sight.sees(obj.at_mm, obj.height_mm / 2, obj.shapes, self.viewpoint())
+        return obj.present and self._sight.sees(obj, obj.at_mm, obj.height_mm / 2, self.viewpoint())
 
     def robot_distance_mm(self, name: str) -> float:
         """Return the distance between the centres of the robot and an object."""
@@ -200,9 +193,7 @@ class World:
             case Person():
                 obj = self.people[table.name] = PersonObject(self._space, table)
         self._objects[table.name] = obj
-        self._heights_mm.update(dict.fromkeys(obj.shapes, obj.height_mm))
-        if not isinstance(table, Picture) and table.absorbs:
-            self._absorbing.update(obj.shapes)
+        self._rays.add(obj)
         self._refresh()
 
     def place(self, name: str, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
