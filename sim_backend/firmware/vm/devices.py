@@ -14,7 +14,7 @@ from random import Random
 from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.cint import s8, s16, s32
+from sim_backend.firmware.cint import s16
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
@@ -65,10 +65,16 @@ _NARROW: Mapping[Type, Callable[[int], int]] = {
     Type.UWORD: lambda value: value & 0xFFFF,
     Type.SWORD: s16,
 }
-_SIGNED_OUTPUT_FIELDS = ("power", "turn", "actual_speed", "max_speed", "max_acceleration")
 _COUNTERS = ("count", "block", "rotation")
-_ALL_FLAGS = int(~OutputFlag(0))
-_STORED_BITS: Mapping[str, int] = {"flags": _ALL_FLAGS, "tacho_limit": 0xFFFF_FFFF}
+_SIGNS: Mapping[str, int] = {
+    **dict.fromkeys(("power", "turn", "actual_speed", "max_speed", "max_acceleration"), 0x80),
+    **dict.fromkeys(_COUNTERS, 0x8000_0000),
+}
+_BITS: Mapping[str, int] = {
+    "flags": int(~OutputFlag(0)),
+    **dict.fromkeys(("tacho_limit", *_COUNTERS), 0xFFFF_FFFF),
+}
+"""Of fields of an output port: the sign bit, if it is signed, and the bits that are stored, if not the lowest eight."""
 ACTING = ("flags", "run_state", "actual_speed", "overloaded", *_COUNTERS)
 """Fields of an output that the next pass applies, or reports anew; the others wait for a flag."""
 
@@ -155,23 +161,16 @@ class Devices:
             return
         port, field = _normal(port, field, self.output_fields)
         output, name = self.output.outputs[port], self.output_fields[field]
-        if name in _SIGNED_OUTPUT_FIELDS:
-            setattr(output, name, s8(value))
-        elif name in _COUNTERS:
-            setattr(output, name, s32(value))
-        else:
-            setattr(output, name, value & _STORED_BITS.get(name, 0xFF))
+        sign, bits = _SIGNS.get(name, 0), _BITS.get(name, 0xFF)
+        setattr(output, name, (value + sign & bits) - sign)
         if name in ACTING:
             self.output.wake()
 
 
 def stored_output(name: str, value: str) -> str:
     """Return the expression of the value that a field of an output port stores."""
-    if name in _COUNTERS:
-        return f"({value} + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000"
-    if name in _SIGNED_OUTPUT_FIELDS:
-        return f"({value} + 128 & 255) - 128"
-    return f"({value}) & {_STORED_BITS.get(name, 0xFF)}"
+    sign, bits = _SIGNS.get(name), _BITS.get(name, 0xFF)
+    return f"({value} + {sign} & {bits}) - {sign}" if sign else f"({value}) & {bits}"
 
 
 def _reader(ports: Sequence[object], fields: Sequence[str], field: int) -> Callable[[int], int]:
