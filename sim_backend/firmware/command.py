@@ -10,24 +10,22 @@ from contextlib import suppress
 from enum import Enum, auto
 
 from firmware_protocol.enums import InterpreterState
-from firmware_protocol.iomap import COMMAND, ProgramStatus
+from firmware_protocol.iomap import ProgramStatus
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.program_offsets import ProgramOffsets
+from sim_backend.firmware.program_tick import ProgramTick
 from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.clump_records import ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.pool_layout import POOL_SIZE, Layout, fresh_pool
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
-
-_POOL_AT = COMMAND.field("MemoryPool").offset
-"""Offset of the memory pool in the IO map."""
-
 
 _CALIBRATIONS = "*.cal"
 """Files that the firmware looks for at the start of a program."""
@@ -64,6 +62,7 @@ class CommandModule:
         after_pool: The bytes that repeat in the memory after the pool of programs to be started.
         has_breakpoints: Whether this firmware has breakpoints, and the property `pause`.
         pause: Clump, offset in words, and whether to pause programs there, which is not simulated.
+        offsets: Where the last program's variables are in the IO map.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -94,23 +93,21 @@ class CommandModule:
         self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
         loader.flash.memory.on_write = self._read_code
         self._phase = _Phase.IDLE
-        self._memory: Memory | None = None
         self._machine: Machine | None = None
         self._records: ClumpRecords | None = None
         self._handle: int | None = None
         self._state = int(InterpreterState.IDLE)
         self.after_pool = b"\0"
-        self._pool, self._written = fresh_pool(), dict[str, int]()
+        self._pool = fresh_pool()
+        self.offsets = ProgramOffsets(keeps=dialect.keeps_offsets)
+        self._tick = ProgramTick(clock, stops=dialect.abort_stops_tick)
         self.due_ms, self.calculates, self._missed_ms = NEVER, False, NEVER
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
-        self.sync_time = self.sync_tick = self._tick_lag = 0
+        self.sync_time = self.sync_tick = 0
         self.has_breakpoints, self.pause = dialect.records.points is not None, bytes(len(_NO_PAUSE))
-        self._executes = False
-        self._written_tick: int | None = None
-        self._written_at = 0
 
     @property
     def active(self) -> bool:
@@ -156,20 +153,14 @@ class CommandModule:
 
     @property
     def tick(self) -> int:
-        """Milliseconds since power-on, 32 bits, for a program without the present pass.
-
-        The pass of an abort counts once a program runs for a whole pass.
-        """
-        if self._executes and self._written_tick is not None:
-            return self._written_tick
-        return self._clock.now_ms - self._executes - self._tick_lag & 0xFFFF_FFFF
+        """Milliseconds since power-on, 32 bits; see `ProgramTick`."""
+        return self._tick.read()
 
     @tick.setter
     def tick(self, tick: int) -> None:
-        if tick != self.tick:
-            self._tick_lag, self._written_tick = 1, tick if self._dialect.abort_stops_tick else None
-            if self._executes and self._machine:
-                self._machine.lag = 1 if self._written_tick is None else self._clock.now_ms - 1 - tick
+        if self._tick.write(tick):
+            if self._tick.in_program and self._machine:
+                self._machine.lag = self._tick.clump_lag
             self.wake()
 
     @property
@@ -181,38 +172,6 @@ class CommandModule:
     @pool.setter
     def pool(self, content: bytes) -> None:
         self._pool[:POOL_SIZE] = content
-
-    @property
-    def variables_offset(self) -> int:
-        """Offset of the last program's variables in the IO map."""
-        return self._in_map("variables", 0)
-
-    @variables_offset.setter
-    def variables_offset(self, offset: int) -> None:
-        self._written["variables"] = offset
-
-    @property
-    def descriptors_offset(self) -> int:
-        """Offset of the array descriptors in the IO map."""
-        at = self._descriptors_at
-        if at != self._written_at:
-            self._written.pop("descriptors", None)  # the firmware writes it when the descriptors move
-        return self._in_map("descriptors", at)
-
-    @descriptors_offset.setter
-    def descriptors_offset(self, offset: int) -> None:
-        self._written["descriptors"], self._written_at = offset, self._descriptors_at
-
-    @property
-    def _descriptors_at(self) -> int:
-        return 0 if self._memory is None else self._memory.descriptors
-
-    def _in_map(self, name: str, offset: int) -> int:
-        if name in self._written:
-            return self._written[name]
-        if self._memory is None or not (self._machine or self._dialect.keeps_offsets):
-            return NOT_AN_OFFSET
-        return _POOL_AT + self._memory.base + offset & 0xFFFF
 
     def start(self, name: bytes) -> None:
         """Start a program in the next pass; after the end of its name the old one stays in the field."""
@@ -259,7 +218,7 @@ class CommandModule:
         elif self.activate == 1:
             self.activate = 0
             self._activate(now_ms)
-        self._written_tick = None  # it counted for this pass only
+        self._tick.end_pass()
 
     def run_ahead(self, now_ms: int, until_ms: int) -> int:
         """Run the passes after the present one in which the program only calculates; return the last one.
@@ -269,7 +228,7 @@ class CommandModule:
             until_ms: The last pass before one in which something else happens.
         """
         machine = self._machine
-        if machine is None or until_ms <= now_ms or self.due_ms != now_ms + 1 or self._tick_lag or self.deactivate:
+        if machine is None or until_ms <= now_ms or self.due_ms != now_ms + 1 or self._tick.lag or self.deactivate:
             return now_ms
         last_ms = machine.run_ahead(until_ms)
         self.due_ms = last_ms + 1
@@ -279,7 +238,7 @@ class CommandModule:
         match self._state:
             case InterpreterState.RUNNING | InterpreterState.STEP if self.deactivate == 1:
                 self.deactivate = 0
-                self._tick_lag |= self._dialect.abort_stops_tick
+                self._tick.abort()
                 self._end(ProgramStatus.ABORTED)
             case InterpreterState.RUNNING:
                 self._execute(now_ms)
@@ -292,7 +251,7 @@ class CommandModule:
                 self.activate = 0
                 self._activate(now_ms)
             case unknown if unknown > InterpreterState.ENDED:
-                self._tick_lag = 1
+                self._tick.lag = 1
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on. Without its file the pool stays."""
@@ -305,8 +264,8 @@ class CommandModule:
         try:
             program = parse(opened.block if opened else b"", self._layout.types, opened.start if opened else 0)
             self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program)
-            self._written = {}
-            self._memory = memory = Memory(program, self._layout, self._pool)
+            memory = Memory(program, self._layout, self._pool)
+            self.offsets.load(memory)
             memory.fill()
         except (BadProgram, OutOfMemory) as error:
             self._refuse(error.fault if isinstance(error, BadProgram) else Fault.OUT_OF_MEMORY)
@@ -316,6 +275,7 @@ class CommandModule:
         self.mailboxes = Mailboxes(memory)
         calibrations = Calibrations(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes, calibrations), OPCODES, self._dialect)
+        self.offsets.start()
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
         self.pause = _NO_PAUSE
         if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
@@ -351,14 +311,15 @@ class CommandModule:
         machine = self._machine
         if machine is None:
             return False
-        if self._tick_lag:  # clumps wake up by a written Tick, and sleep from it on, in this pass
-            written = self._written_tick
-            machine.lag = self._tick_lag if written is None else now_ms - 1 - written
-        self._executes = True
+        if self._tick.lag:
+            machine.lag = self._tick.clump_lag
+        self._tick.in_program = True
         outcome = machine.run(now_ms, step=step)
-        self._executes = False
-        if self._tick_lag:
-            self._catch_up(machine, runs_on=outcome is None and (machine.runs or machine.full) and not step)
+        self._tick.in_program = False
+        if self._tick.lag:
+            if outcome is None and (machine.runs or machine.full) and not step:
+                self._tick.catch_up()
+            machine.lag = self._tick.lag
         if outcome is None:
             self.calculates = machine.calculates
             self.due_ms = now_ms + 1 if self.deactivate == 1 else machine.due_ms  # the program itself can set the flag
@@ -366,12 +327,6 @@ class CommandModule:
         numbered = outcome is Outcome.ERROR and self._dialect.shows_faults
         self._end(machine.error & 0xFF if numbered else ProgramStatus(outcome))
         return False
-
-    def _catch_up(self, machine: Machine, *, runs_on: bool) -> None:
-        """Let the Tick count the pass that it left out, once clumps have run for a whole pass."""
-        if runs_on and self._dialect.abort_stops_tick:
-            self._tick_lag = 0
-        machine.lag = self._tick_lag
 
     def _end(self, status: int) -> None:
         self.status, self._phase = int(status), _Phase.ENDED
@@ -393,8 +348,7 @@ class CommandModule:
         if self._machine is not None:
             self._machine.forget_calls()
         self._handle = self._machine = self.mailboxes = None
-        if not self._dialect.keeps_offsets:
-            self._written = {}
+        self.offsets.end()
         self._phase = _Phase.WAITING
         if self.activate or self.status == ProgramStatus.RESET:
             self.wake()

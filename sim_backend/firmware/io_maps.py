@@ -176,11 +176,10 @@ def command_map(module: CommandModule, ui: UiModule) -> LiveMap:
         ui.wake()
 
     live = LiveMap(iomap.COMMAND, on_write=wake)
+    live.bind(module, Tick="tick")
+    live.bind(module.offsets, OffsetDS="variables", OffsetDVA="descriptors")
     live.bind(
         module,
-        Tick="tick",
-        OffsetDS="variables_offset",
-        OffsetDVA="descriptors_offset",
         ProgStatus="status",
         ActivateFlag="activate",
         DeactivateFlag="deactivate",
