@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections import deque
 
-from sim_backend.firmware.vm.memory import NO_ARRAY, Memory, OutOfMemory, PoolFull
+from sim_backend.firmware.vm.array_descriptor import NO_ARRAY
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory, PoolFull
 
 MAILBOXES = 20
 """Ten to the program and ten from it."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from firmware_protocol.iomap import COMMAND
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, Memory
+from sim_backend.firmware.vm.array_descriptor import NOT_AN_OFFSET
+from sim_backend.firmware.vm.memory import Memory
 
 _POOL_AT = COMMAND.field("MemoryPool").offset
 """Offset of the memory pool in the IO map."""

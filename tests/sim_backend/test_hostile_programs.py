@@ -15,8 +15,9 @@ from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.mailboxes import LOG, Mailboxes
 from sim_backend.firmware.vm import instructions, task
 from sim_backend.firmware.vm.aggregates import compare
+from sim_backend.firmware.vm.array_descriptor import LENGTH_AT
 from sim_backend.firmware.vm.data import ERR_MEM, NO_FIELDS, Data, Place
-from sim_backend.firmware.vm.memory import LENGTH_AT, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import Clump, Header, Program, Type, Variable
 

@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 
 from sim_backend.firmware.vm import aggregates, bulk
+from sim_backend.firmware.vm.array_descriptor import Array
 from sim_backend.firmware.vm.bulk import Again
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Place, ProgramError
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.memory import Array
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.operands import INTEGERS
 from sim_backend.firmware.vm.plans import Elements, element_reader, element_writer, fixed, repeatable

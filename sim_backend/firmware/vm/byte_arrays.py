@@ -9,16 +9,15 @@ import sys
 from collections.abc import Callable
 from typing import NamedTuple
 
-from sim_backend.firmware.vm.memory import (
+from sim_backend.firmware.vm.array_descriptor import (
     DESCRIPTOR,
     DESCRIPTOR_SIZE,
     INDEX,
     LENGTH_AT,
     NO_ARRAY,
     NOT_AN_OFFSET,
-    Memory,
-    OutOfMemory,
 )
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 
 _WORD = INDEX.size
 _WORDS, _LENGTH, _LINK = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD, DESCRIPTOR_SIZE // _WORD - 1

@@ -7,9 +7,10 @@ from struct import Struct
 from typing import TYPE_CHECKING
 
 from sim_backend.firmware.cint import s16, s32
+from sim_backend.firmware.vm.array_descriptor import NOT_AN_OFFSET, Array
 from sim_backend.firmware.vm.call_types import LETTERS
 from sim_backend.firmware.vm.data import NONE, Place
-from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
 

@@ -13,8 +13,9 @@ from functools import partial
 from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
+from sim_backend.firmware.vm.array_descriptor import NOT_AN_OFFSET, Array
 from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder, Resizer
-from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 

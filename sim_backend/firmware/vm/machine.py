@@ -152,7 +152,8 @@ class Machine:
     def _skip_spinning(self, now_ms: int) -> None:
         """Account for the turns of empty endless loops in the passes since the last one."""
         if self._all_spin:
-            for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
+            turns = min(self._turns, -(-self._timing.instructions // TURN))
+            for _ in range(turns * (now_ms - self.now_ms - 1) % len(list(self.queue))):
                 self.queue.rotate()
 
     def run_ahead(self, until_ms: int) -> int:
@@ -298,10 +299,6 @@ class Machine:
     def _turns(self) -> int:
         """The most turns of a pass."""
         return 1 if self.lag and self.dialect.late_tick_ends_pass else self._timing.turns
-
-    @property
-    def _turns_per_pass(self) -> int:
-        return min(self._turns, -(-self._timing.instructions // TURN))
 
     def _translate(self, instruction: Instruction) -> Translation:
         translate = self._opcodes.get((instruction.opcode, instruction.form))

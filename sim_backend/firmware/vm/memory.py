@@ -1,24 +1,28 @@
 """The memory pool of a running program: variables, arrays and free space.
 
-Each array has a descriptor of ten bytes: offset, element size, length, previous and next descriptor. The descriptors
-form an array themselves, number 0. The firmware fills the pool with a pattern before it loads a program, so memory that
-a program never wrote is known, too.
+Each array has a descriptor, see `array_descriptor`; the descriptors form an array themselves, number 0. The firmware
+fills the pool with a pattern before it loads a program, so memory that a program never wrote is known, too.
 
 Source: docs/firmware.md section 8.1.
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
-from typing import NamedTuple
 
+from sim_backend.firmware.vm.array_descriptor import (
+    DESCRIPTOR,
+    DESCRIPTOR_SIZE,
+    INDEX,
+    LENGTH_AT,
+    NO_ARRAY,
+    NOT_AN_OFFSET,
+    OFFSET_MASK,
+    Array,
+)
 from sim_backend.firmware.vm.numbers import SCALARS, SIGNED, Number, single
 from sim_backend.firmware.vm.pool_layout import POOL_SIZE, Layout, fresh_pool
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
-
-NOT_AN_OFFSET = NO_ARRAY = 0xFFFF
-"""Offset of an array that never had an element, and the number that stands for no descriptor."""
 
 _ERASED = 0xFF
 _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
@@ -27,12 +31,8 @@ instruction of a damaged program, whose arrays contain themselves, is aborted; c
 _ALIGNMENT = 4
 _MOST_ADDED = 200
 """Most free descriptors that the start of a program adds."""
-_OFFSET, _OFFSETS = 0xFFFF, 0x1_0000
-"""Bits of an offset, and of the size of an array; number of offsets."""
-DESCRIPTOR = struct.Struct("<HHHHH")
-DESCRIPTOR_SIZE, LENGTH_AT = DESCRIPTOR.size, 4
-INDEX = struct.Struct("<H")
-"""Layout of a descriptor, and of the number of one."""
+_OFFSETS = 0x1_0000
+"""Number of offsets."""
 
 
 class OutOfMemory(Exception):
@@ -41,21 +41,6 @@ class OutOfMemory(Exception):
 
 class PoolFull(OutOfMemory):
     """The pool has no room for an array."""
-
-
-class Array(NamedTuple):
-    """A descriptor; `back` and `link` are its neighbours in the list of arrays, which is the order in memory."""
-
-    offset: int
-    element: int
-    length: int
-    back: int
-    link: int
-
-    @property
-    def size(self) -> int:
-        """Size in bytes, of which 16 bits count."""
-        return self.element * self.length & _OFFSET
 
 
 class Memory:
@@ -114,7 +99,7 @@ class Memory:
     def _list(self) -> Iterator[int]:
         """Return the numbers of the arrays in the order of the list; a damaged list ends after the largest length."""
         index = self._head
-        for _ in range(POOL_SIZE // DESCRIPTOR.size):
+        for _ in range(POOL_SIZE // DESCRIPTOR_SIZE):
             if index == NO_ARRAY:
                 return
             yield index
@@ -231,11 +216,11 @@ class Memory:
 
     def describe(self, index: int, array: Array) -> None:
         """Change a descriptor."""
-        DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *(value & _OFFSET for value in array))
+        DESCRIPTOR.pack_into(self.pool, self._descriptor(index), *(value & OFFSET_MASK for value in array))
 
     def _descriptor(self, index: int) -> int:
-        at = self.base + self.descriptors + DESCRIPTOR.size * index
-        if at + DESCRIPTOR.size > len(self.pool):
+        at = self.base + self.descriptors + DESCRIPTOR_SIZE * index
+        if at + DESCRIPTOR_SIZE > len(self.pool):
             raise OutOfMemory(f"there is no array {index}")
         return at
 
@@ -282,7 +267,7 @@ class Memory:
         array = self.array(index)
         if count == array.length:
             return
-        size = array.element * count & _OFFSET
+        size = array.element * count & OFFSET_MASK
         if count > array.length and (array.offset == NOT_AN_OFFSET or size > self._room(array)):
             offset = self._allocate(size, may_compact=False)
             old = self.read(array.offset, array.size)
@@ -293,7 +278,7 @@ class Memory:
                 self.descriptors = offset
             self.describe(index, self.array(index)._replace(offset=offset))
             self._move_to_tail(index)
-        INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
+        INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & OFFSET_MASK)
 
     def _room(self, array: Array) -> int:
         """Return the bytes from an array to the next one, or to the end of what is used.
@@ -301,7 +286,7 @@ class Memory:
         The difference has 16 bits: in a damaged list, an array has room up to one that is in front of it.
         """
         end = self.end if array.link == NO_ARRAY else self.array(array.link).offset
-        return end - array.offset & _OFFSET
+        return end - array.offset & OFFSET_MASK
 
     def bytes_of(self, index: int) -> bytes:
         """Return the stored bytes of an array."""
@@ -322,9 +307,9 @@ class Memory:
     def _grow_descriptors(self, more: int, *, may_compact: bool = True) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
         _, element, first, *_ = self.array(0)
-        count = first + more & _OFFSET
-        offset = self._allocate(element * count & _OFFSET, may_compact=may_compact)
-        self.write(offset, self.read(self.descriptors, element * first & _OFFSET))
+        count = first + more & OFFSET_MASK
+        offset = self._allocate(element * count & OFFSET_MASK, may_compact=may_compact)
+        self.write(offset, self.read(self.descriptors, element * first & OFFSET_MASK))
         self.descriptors = offset
         for index in range(first, count):
             back = index - 1 if index > first and self.doubly_linked else NO_ARRAY

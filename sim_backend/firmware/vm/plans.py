@@ -12,11 +12,11 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from sim_backend.firmware.vm.array_descriptor import DESCRIPTOR, DESCRIPTOR_SIZE, INDEX
 from sim_backend.firmware.vm.bulk import OFFSETS, Again
 from sim_backend.firmware.vm.data import ERR_ARG, Data, ProgramError
 from sim_backend.firmware.vm.instructions import Effect, Instruction, Ports, Translation
 from sim_backend.firmware.vm.machine import Machine
-from sim_backend.firmware.vm.memory import DESCRIPTOR, DESCRIPTOR_SIZE, INDEX
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type
 
