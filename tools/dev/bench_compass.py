@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import random
 import statistics
-import sys
 from collections.abc import Iterable, Iterator
 
 from behaviors.angles import wrapped_deg
@@ -103,13 +102,12 @@ def _figures(name: str, rooms: list[list[float]]) -> Iterator[Figure]:
     yield Figure(f"{name}: median error at the end", statistics.median(room[-1] for room in rooms), "deg")
 
 
-def main() -> int:
+def main() -> None:
     """Print every figure."""
     parser(__doc__).parse_args()
     for figure in measure_compass():
         print(f"{figure.name:<90}{figure.value:9.1f} {figure.unit}", flush=True)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

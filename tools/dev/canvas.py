@@ -12,6 +12,7 @@ from sim_backend.camera.textures import Color, Image
 
 A4_MM = (210, 297)
 """Width and height. Source: ISO 216."""
+MIDDLE = A4_MM[0] / 2
 
 Shape = NDArray[np.float64]
 """Corners of a polygon, (n, 2), in millimetres from the upper left of the sheet."""
@@ -47,9 +48,12 @@ def ellipse(x: float, y: float, radius_x: float, radius_y: float, turn_deg: floa
     )
 
 
-def mirrored(shape: Shape, x: float) -> Shape:
-    """Return the shape mirrored at the vertical line through `x`."""
-    return np.stack([2 * x - shape[:, 0], shape[:, 1]], axis=1)
+def mirrored(shape: Shape) -> Shape:
+    """Return the shape mirrored at the vertical line through the middle of the sheet."""
+    return np.stack([2 * MIDDLE - shape[:, 0], shape[:, 1]], axis=1)
+
+
+SHEET = polygon((0, 0), (210, 0), (210, 297), (0, 297))
 
 
 class Canvas:

@@ -8,10 +8,8 @@ the given distance and up to 12 degrees to the side, sensor noise, JPEG. The tab
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
-import sys
 import tempfile
 import time
 from collections.abc import Iterable, Sequence
@@ -22,7 +20,7 @@ from statistics import fmean, median, pstdev
 import cv2
 import numpy as np
 
-from nxtdrive.vision.detection import Detection, TargetDetector
+from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
 from sim_backend.bundled import PICTURES, picture_names
@@ -30,6 +28,8 @@ from sim_backend.camera.lens import LensEffects
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
+
+from .program import parser
 
 A4_WIDTH_MM = 210.0
 DISTANCES_M = (0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)
@@ -139,6 +139,23 @@ def _ahead(lens: Viewpoint, distance_mm: float, bearing_deg: float) -> tuple[flo
     return lens.x_mm + distance_mm * math.cos(heading), lens.y_mm + distance_mm * math.sin(heading)
 
 
+def first_errors(
+    places: Iterable[tuple[float, float]], bearing_deg: float, distance_mm: float
+) -> tuple[float, float] | None:
+    """Return the errors of the first detection of the target: of its bearing, degrees, and found over true distance.
+
+    Args:
+        places: Bearing and distance of each detection.
+        bearing_deg: The target's true bearing.
+        distance_mm: Its true distance.
+    """
+    for found_deg, found_mm in places:
+        error_deg, ratio = found_deg - bearing_deg, found_mm / distance_mm
+        if abs(error_deg) <= SAME_BEARING_DEG and 1 / SAME_DISTANCE <= ratio <= SAME_DISTANCE:
+            return error_deg, ratio
+    return None
+
+
 @dataclass(frozen=True, slots=True)
 class Cell:
     """The results of the frames at one distance.
@@ -175,19 +192,17 @@ class Bench:
     def cell(self, subject: Subject, distance_m: float, slant_deg: float) -> Cell:
         """Measure how well `subject` is found at one distance and slant."""
         rooms = Rooms(self._size, self._hfov_deg, seed=round(distance_m * 1000 + slant_deg))
-        ratios, errors = [], []
+        ratios, bearing_errors_deg = [], []
         for _ in range(self._frames):
             view = rooms.view(subject.texture, self._without(subject), distance_m * 1000, slant_deg)
             found = subject.target.detector.detect(np.asarray(view.image, np.uint8))
-            for bearing_deg, distance_mm in (self._locate(rooms, subject, one) for one in found):
-                ratio, error = distance_mm / view.distance_mm, abs(bearing_deg - view.bearing_deg)
-                if error <= SAME_BEARING_DEG and 1 / SAME_DISTANCE <= ratio <= SAME_DISTANCE:
-                    ratios.append(ratio - 1)
-                    errors.append(error)
-                    break
+            places = (rooms.pinhole.locate(one, subject.target.height_mm) for one in found)
+            if errors := first_errors(places, view.bearing_deg, view.distance_mm):
+                bearing_errors_deg.append(abs(errors[0]))
+                ratios.append(errors[1] - 1)
         if not ratios:
             return Cell(0.0, 0.0, 0.0, 0.0)
-        return Cell(len(ratios) / self._frames, fmean(ratios), pstdev(ratios), fmean(errors))
+        return Cell(len(ratios) / self._frames, fmean(ratios), pstdev(ratios), fmean(bearing_errors_deg))
 
     def false_alarms(self, subject: Subject, frames: int) -> tuple[int, list[float]]:
         """Return in how many frames without the target something was found, and the CPU time of each look, ms."""
@@ -202,10 +217,6 @@ class Bench:
 
     def _without(self, subject: Subject) -> list[str]:
         return [other for other in self._others if other not in (subject.texture, subject.hidden)]
-
-    @staticmethod
-    def _locate(rooms: Rooms, subject: Subject, one: Detection) -> tuple[float, float]:
-        return rooms.pinhole.locate(one, subject.target.height_mm)
 
 
 def subjects(folder: Path, photos: Sequence[Path]) -> list[Subject]:
@@ -260,29 +271,26 @@ def _sheet(file: Path, square: cv2.typing.MatLike) -> str:
     return str(file)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(
-        prog="detector_ranges", description="How far each detector sees, and what it costs."
-    )
-    parser.add_argument("--size", default="320x240", help="of the frames, e.g. 640x480")
-    parser.add_argument("--hfov", type=float, default=60.0, help="horizontal field of view in degrees")
-    parser.add_argument("--frames", type=int, default=20, help="per distance")
-    parser.add_argument("--rooms", type=int, default=100, help="without the target, for false alarms and times")
-    parser.add_argument(
+    arguments = parser(__doc__)
+    arguments.add_argument("--size", default="320x240", help="of the frames, e.g. 640x480")
+    arguments.add_argument("--hfov", type=float, default=60.0, help="horizontal field of view in degrees")
+    arguments.add_argument("--frames", type=int, default=20, help="per distance")
+    arguments.add_argument("--rooms", type=int, default=100, help="without the target, for false alarms and times")
+    arguments.add_argument(
         "--slant", type=float, nargs="*", default=[0.0, 30.0, 45.0, 60.0], help="of the target, degrees"
     )
-    parser.add_argument("--photo", type=Path, nargs="*", default=[], help="further A4 pictures to find")
-    parser.add_argument("--only", default="", help="measure only detectors with this in their name")
-    arguments = parser.parse_args(argv)
-    width, height = (int(side) for side in arguments.size.split("x"))
-    bench = Bench((width, height), arguments.hfov, arguments.frames, picture_names())
+    arguments.add_argument("--photo", type=Path, nargs="*", default=[], help="further A4 pictures to find")
+    arguments.add_argument("--only", default="", help="measure only detectors with this in their name")
+    args = arguments.parse_args()
+    width, height = (int(side) for side in args.size.split("x"))
+    bench = Bench((width, height), args.hfov, args.frames, picture_names())
     with tempfile.TemporaryDirectory() as folder:
-        measured = [one for one in subjects(Path(folder), arguments.photo) if arguments.only in one.name]
-        _print_costs(bench, measured, arguments.rooms)
-        for slant_deg in arguments.slant:
+        measured = [one for one in subjects(Path(folder), args.photo) if args.only in one.name]
+        _print_costs(bench, measured, args.rooms)
+        for slant_deg in args.slant:
             _print_ranges(bench, measured, slant_deg)
-    return 0
 
 
 def _print_costs(bench: Bench, measured: Iterable[Subject], rooms: int) -> None:
@@ -309,4 +317,4 @@ def _print_ranges(bench: Bench, measured: Iterable[Subject], slant_deg: float) -
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

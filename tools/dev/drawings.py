@@ -15,13 +15,10 @@ import cv2
 from sim_backend.bundled import PICTURES
 from sim_backend.camera.textures import Color, Image
 
-from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
+from .canvas import MIDDLE, SHEET, Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 from .portrait import draw_lena
 from .prints import draw_logo, draw_sunset
 from .program import parser
-
-MIDDLE = 105.0
-SHEET = polygon((0, 0), (210, 0), (210, 297), (0, 297))
 
 FUR: Color = (52, 104, 168)
 FUR_SHADE: Color = (36, 76, 130)
@@ -133,7 +130,7 @@ def write_pictures() -> None:
 
 
 def _both(shape: Shape) -> tuple[Shape, Shape]:
-    return shape, mirrored(shape, MIDDLE)
+    return shape, mirrored(shape)
 
 
 def _bear_body(canvas: Canvas) -> None:

@@ -10,10 +10,8 @@ goes into `sim_backend/camera/geometric.py`.
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import pstdev
@@ -29,16 +27,15 @@ from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
 
+from .detector_ranges import WALLS, first_errors
+from .program import parser
+
 TARGETS = ("lena", "rilakkuma")
 """The decoys are left out: unlike most pictures, a blurred landscape still looks the same."""
 
 SIZE = (320, 240)
 LENS = Viewpoint(0.0, 0.0, 0.0, 200.0)
-WALLS = ("wall", "wallpaper", "bricks", "wood")
 COVERS = ("carton", "crate", "blue_box", "wood")
-SAME_BEARING_DEG = 5.0
-SAME_DISTANCE = 1.5
-"""A detection within these errors, in degrees and as a ratio, counts as the target."""
 SEED = 1
 
 
@@ -94,12 +91,9 @@ class BenchSetup:
 
     def _errors(self, name: str, image: np.ndarray, view: PictureView) -> tuple[float, float] | None:
         target = self._targets[name]
-        for one in target.detector.detect(image):
-            bearing_deg, distance_mm = self._pinhole.locate(one, target.height_mm)
-            error, ratio = bearing_deg - view.bearing_deg, distance_mm / view.distance_mm
-            if abs(error) <= SAME_BEARING_DEG and 1 / SAME_DISTANCE <= ratio <= SAME_DISTANCE:
-                return error, math.log(ratio)
-        return None
+        places = (self._pinhole.locate(one, target.height_mm) for one in target.detector.detect(image))
+        errors = first_errors(places, view.bearing_deg, view.distance_mm)
+        return None if errors is None else (errors[0], math.log(errors[1]))
 
     def _walls(self, distance_mm: float) -> list[Panel]:
         back, side = distance_mm + self._rng.uniform(200, 2000), 4000.0
@@ -182,15 +176,14 @@ def fit_model(trials: int) -> DetectorModel:
     )
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the model in use and the measured one."""
-    parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit geometric vision to the real detector.")
-    parser.add_argument("--trials", type=int, default=200, help="frames in each of the six sweeps")
-    arguments = parser.parse_args(argv)
+    arguments = parser(__doc__)
+    arguments.add_argument("--trials", type=int, default=200, help="frames in each of the six sweeps")
+    args = arguments.parse_args()
     print(f"in use:   {PICTURE_MODEL}")
-    print(f"measured: {fit_model(arguments.trials)}")
-    return 0
+    print(f"measured: {fit_model(args.trials)}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

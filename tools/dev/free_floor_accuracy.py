@@ -10,11 +10,9 @@ come from here.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import random
-import sys
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -35,8 +33,9 @@ from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import Color, Image, Texture, TextureLibrary
 
-FLOORS = ("floor", "carpet")
-WALLS = ("wall", "wallpaper", "bricks", "wood")
+from .detector_ranges import FLOORS, WALLS
+from .program import parser
+
 PERSONS = ("person_blue", "person_green")
 BOXES = ("wood", "cardboard", "carton", "crate", "red_box", "blue_box", "green_box", "yellow_box", *PERSONS)
 RUGS: tuple[Color, ...] = ((60, 60, 140), (110, 70, 50), (190, 205, 215), (70, 70, 70))
@@ -334,14 +333,14 @@ def on_rugs(rays: Iterable[Ray]) -> str:
     return f"of {len(over)} rays over a rug {shares[0]} end at its edge, {shares[1]} at what stands behind it"
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(prog="free_floor_accuracy", description="How accurately the floor's end is seen.")
-    parser.add_argument("--rooms", type=int, default=80)
-    parser.add_argument("--places", type=int, default=4, help="to look from, per room")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
-    args = parser.parse_args(argv)
+    arguments = parser(__doc__)
+    arguments.add_argument("--rooms", type=int, default=80)
+    arguments.add_argument("--places", type=int, default=4, help="to look from, per room")
+    arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
+    args = arguments.parse_args()
     rooms = [make_room(number, args.places, args.seed) for number in range(args.rooms)]
     print("| condition | rays | with a result | median, px | spread, px | right | too far | too near |")
     print("|---" * 8 + "|")
@@ -352,8 +351,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(row(name, rays), flush=True)
         remarks += alike(rays) if condition == CONDITIONS["plain"] else [on_rugs(rays)] if condition.rug else []
     print(*["", *remarks], sep="\n")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

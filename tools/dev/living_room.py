@@ -10,10 +10,8 @@ docs/vision.md come from here.
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
-import sys
 import tempfile
 import time
 import zlib
@@ -35,6 +33,7 @@ from sim_backend.camera.textures import Image
 
 from .detector_ranges import Rooms
 from .prints import write_distractors, write_prints
+from .program import parser
 
 SIZE = (320, 240)
 MARGIN = (32, 40)
@@ -302,16 +301,16 @@ def _shares(rows: Iterable[Mapping[str, float]], wanted: Sequence[str]) -> Itera
         ]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="living_room", description="How well prints are found in a living room.")
-    parser.add_argument("--frames", type=int, default=10, help="per distance")
-    parser.add_argument("--rooms", type=int, default=100, help="without the print, for false alarms; per print")
-    parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
-    parser.add_argument("--only", default="", help="prints, with commas")
-    parser.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
-    parser.add_argument("--detector", choices=("picture", "haar"), default="picture")
-    args = parser.parse_args(argv)
+    arguments = parser(__doc__)
+    arguments.add_argument("--frames", type=int, default=10, help="per distance")
+    arguments.add_argument("--rooms", type=int, default=100, help="without the print, for false alarms; per print")
+    arguments.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
+    arguments.add_argument("--only", default="", help="prints, with commas")
+    arguments.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
+    arguments.add_argument("--detector", choices=("picture", "haar"), default="picture")
+    args = arguments.parse_args()
     wanted = args.conditions.split(",") if args.conditions else []
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
@@ -335,8 +334,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for row in _shares(rows, wanted):
             print(f"| {' | '.join(row)} | | | |")
         print(f"{all_alarms} false alarms in {len(rows) * args.rooms} rooms")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

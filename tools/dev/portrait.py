@@ -10,9 +10,7 @@ import numpy as np
 
 from sim_backend.camera.textures import Color, Image
 
-from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
-
-MIDDLE = 105.0
+from .canvas import MIDDLE, SHEET, Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 
 SKIN: Color = (176, 208, 244)
 SKIN_SHADE: Color = (112, 146, 204)
@@ -48,7 +46,7 @@ def draw_lena() -> Image:
 
 def _background(canvas: Canvas) -> None:
     """Draw a plain room: a wall, a bright window edge, the shadow of a curtain."""
-    canvas.gradient(polygon((0, 0), (210, 0), (210, 297), (0, 297)), (168, 172, 120), (110, 116, 70))
+    canvas.gradient(SHEET, (168, 172, 120), (110, 116, 70))
     canvas.fill(polygon((0, 0), (34, 0), (22, 297), (0, 297)), (196, 214, 190), opacity=0.8, soft_mm=2)
     canvas.fill(polygon((176, 0), (210, 0), (210, 297), (188, 297)), (70, 84, 60), opacity=0.6, soft_mm=4)
 
@@ -71,7 +69,7 @@ def _shoulders(canvas: Canvas) -> None:
     canvas.fill(neck, SKIN)
     canvas.fill(ellipse(105, 238, 36, 20), SKIN_SHADE, opacity=0.95, soft_mm=5, inside=neck)
     left = smooth((78, 262), (52, 270), (18, 278), (-8, 300), (60, 312), (105, 308), (92, 288))
-    for dress in (left, mirrored(left, MIDDLE)):
+    for dress in (left, mirrored(left)):
         canvas.fill(dress, (140, 84, 74))
         canvas.stroke(dress[:80], (176, 122, 110), 2.5, opacity=0.6, soft_mm=1.2, inside=dress)
 
@@ -92,7 +90,7 @@ def _eye(canvas: Canvas, side: int) -> None:
     """Draw one eye, for the right half of the picture; side -1 mirrors it. Both look at the viewer."""
 
     def at(shape: Shape) -> Shape:
-        return shape if side == 1 else mirrored(shape, MIDDLE)
+        return shape if side == 1 else mirrored(shape)
 
     x, y = MIDDLE + 29.0, 153.0
     white = at(
@@ -149,7 +147,7 @@ def _hair_before(canvas: Canvas) -> None:
         (150, 84), (166, 104), (176, 150), (173, 196), (186, 244), (180, 280), (168, 290), (164, 262), (157, 212),
         (162, 170), (156, 130), (142, 104),
     )  # fmt: skip
-    for side, shape in ((1, wave), (-1, mirrored(wave, MIDDLE))):
+    for side, shape in ((1, wave), (-1, mirrored(wave))):
         canvas.fill(shape, HAIR)
         for shift in (0.0, 5.0, 10.0):
             x = MIDDLE + side * (57 + shift)

@@ -50,10 +50,11 @@ def representative_frames(folder: Path) -> list[Image.Image]:
     for record in read_run(folder).records:
         if record.kind is RecordKind.TRANSITION:
             entered.setdefault(str(record.data["to"]), record.time_s)
-    moments = [entered[state] + later_s for state, later_s in MOMENTS.items() if state in entered]
     pictures = read_pictures(folder)
-    shown = [pictures.at(time_s) for time_s in moments] if pictures else []
-    drawn = [pictures.drawn(each) for each in shown if pictures and each]
+    if not pictures:
+        return []
+    shown = [pictures.at(entered[state] + later_s) for state, later_s in MOMENTS.items() if state in entered]
+    drawn = [pictures.drawn(each) for each in shown if each]
     return [Image.fromarray(cv2.cvtColor(each, cv2.COLOR_BGR2RGB)) for each in drawn if each is not None]
 
 

@@ -10,9 +10,8 @@ are offered (violet).
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -35,7 +34,10 @@ from behaviors.target_queue import TargetQueue
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import generate_scenario
+from sim_backend.plane import along_and_across
 from sim_backend.world.world_file import WorldFile
+
+from .program import parser
 
 Image = NDArray[np.uint8]
 
@@ -48,16 +50,16 @@ BELIEF_PX, MIN_BELIEF = 80, 0.001
 AROUND_PX = 60
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Run the mission and write the picture."""
-    parser = argparse.ArgumentParser(prog="search_map", description="Map and beliefs of the search for a target.")
-    parser.add_argument("kind", metavar="CLASS", help="class of the scenario")
-    parser.add_argument("seed", metavar="SEED", type=int)
-    parser.add_argument("--from", dest="start_s", metavar="S", type=float, default=0.0, help="first moment, seconds")
-    parser.add_argument("--to", dest="end_s", metavar="S", type=float, default=math.inf, help="last moment, seconds")
-    parser.add_argument("--most", metavar="N", type=int, default=3, help="draw at most this many decisions")
-    parser.add_argument("--out", type=Path, required=True)
-    args = parser.parse_args(argv)
+    arguments = parser(__doc__)
+    arguments.add_argument("kind", metavar="CLASS", help="class of the scenario")
+    arguments.add_argument("seed", metavar="SEED", type=int)
+    arguments.add_argument("--from", dest="start_s", metavar="S", type=float, default=0.0, help="first moment, seconds")
+    arguments.add_argument("--to", dest="end_s", metavar="S", type=float, default=math.inf, help="last moment, seconds")
+    arguments.add_argument("--most", metavar="N", type=int, default=3, help="draw at most this many decisions")
+    arguments.add_argument("--out", type=Path, required=True)
+    args = arguments.parse_args()
     maps: list[Image] = []
 
     def watch(profile: AdaptiveProfile, mission: Mission, evidence: Evidence) -> None:
@@ -70,12 +72,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         robot = episode.robot
         Executive(robot.mission, robot.ports, robot.observers, _watched(watch)).run()
     if not maps:
-        parser.error("no viewpoint was considered in that time; choose another --from and --to")
+        arguments.error("no viewpoint was considered in that time; choose another --from and --to")
     height = max(each.shape[0] for each in maps)
     rows = [cv2.copyMakeBorder(each, 0, height - len(each), 0, 4, cv2.BORDER_CONSTANT) for each in maps]
     write_file(args.out, cv2.imencode(".png", np.hstack(rows))[1].tobytes())
     print(f"{args.out}: {len(maps)} decisions")
-    return 0
 
 
 def _watched(
@@ -129,8 +130,7 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
 def from_start(place_mm: Point, truth: WorldFile) -> Point:
     """Return a place of the world in the robot's odometry frame: ahead of its start, and to the right."""
     x, y = (float(to - start) for to, start in zip(place_mm, truth.robot.start_mm, strict=True))
-    heading = math.radians(truth.robot.heading_deg)
-    return x * math.cos(heading) + y * math.sin(heading), y * math.cos(heading) - x * math.sin(heading)
+    return along_and_across(x, y, truth.robot.heading_deg)
 
 
 def pixel(cells: Cells, place_mm: Point) -> tuple[int, int]:
@@ -167,4 +167,4 @@ def _belief(image: Image, world: WorldModel, target: str) -> None:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

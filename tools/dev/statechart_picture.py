@@ -239,13 +239,9 @@ def _arrowhead(parent: Xml.Element, color: str) -> None:
 def _frame(parent: Xml.Element, name: str, frame: tuple[float, float, float, float]) -> None:
     group = Xml.SubElement(parent, "g", {"data-state": name})
     Xml.SubElement(group, "title").text = STATES[name]
-    inner = name in ("active", "recover")
-    _rect(group, frame, rx="14", fill="#f3f6f9" if name != "active" else "#fafcfd", stroke=PALE, **_dashed(dash=inner))
+    dashes = {"stroke-dasharray": "6 4"} if name in ("active", "recover") else {}
+    _rect(group, frame, rx="14", fill="#f3f6f9" if name != "active" else "#fafcfd", stroke=PALE, **dashes)
     _text(group, (frame[0] + 16, frame[1] + 24), name.replace("_", " "), "region")
-
-
-def _dashed(*, dash: bool) -> dict[str, str]:
-    return {"stroke-dasharray": "6 4"} if dash else {}
 
 
 def _state(parent: Xml.Element, name: str, place: Place) -> None:

@@ -8,9 +8,7 @@ Detections are the same if their boxes are, to a pixel. Times are CPU time of on
 
 from __future__ import annotations
 
-import argparse
 import random
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -28,6 +26,7 @@ from sim_backend.camera.textures import Image
 
 from .living_room import CONDITIONS, SEEDS, LivingRoom, is_right, taken
 from .prints import write_distractors, write_prints
+from .program import parser
 
 DISTANCES_M = (0.6, 1.5, 2.5, 3.5)
 FEW = 3
@@ -62,13 +61,13 @@ def timed(detectors: Mapping[str, Detector], image: Image) -> tuple[dict[str, li
     return found, 1000 * (time.thread_time() - start_s)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(prog="together", description="Cost of looking for several pictures at once.")
-    parser.add_argument("--pictures", type=int, default=12, help="number of pictures to look for")
-    parser.add_argument("--frames", type=int, default=1, help="rooms per print and distance")
-    parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
-    args = parser.parse_args(argv)
+    arguments = parser(__doc__)
+    arguments.add_argument("--pictures", type=int, default=12, help="number of pictures to look for")
+    arguments.add_argument("--frames", type=int, default=1, help="rooms per print and distance")
+    arguments.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
+    args = arguments.parse_args()
     cv2.setNumThreads(1)
     outcomes, right = Counter[str](), Counter[str]()
     times_ms: list[tuple[float, float, float]] = []
@@ -91,8 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     one_ms, few_ms, all_ms = (fmean(each) for each in zip(*times_ms[1:], strict=True))  # without the first look
     print(f"CPU ms: one {one_ms:.1f}; {len(few)} at once {few_ms:.1f}, {few_ms / one_ms:.2f} times as long; ", end="")
     print(f"{len(names)} at once {all_ms:.1f}, {all_ms / one_ms:.2f} times as long")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
