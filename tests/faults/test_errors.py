@@ -29,7 +29,7 @@ def test_what_is_left_behind_is_found(monkeypatch):
         kept.append([bytes(100 + i % 2) for i in range(1000)])
         raise LinkTimeout("too late.")
 
-    monkeypatch.setitem(errors.PROVOKED, "timeout", (leave_behind, (LinkTimeout,)))
+    monkeypatch.setitem(errors.PROVOKED, "timeout", (leave_behind, LinkTimeout))
     violations = str(errors.CAMPAIGN.run(1, FEW).violations)
     assert "objects behind" in violations
     assert "bytes behind" in violations
@@ -43,11 +43,11 @@ def test_what_is_kept_once_is_not_a_leak(monkeypatch):
             kept.append(bytes(1_000_000 if len(kept) == 26 else 100))
         raise LinkTimeout("too late.")
 
-    monkeypatch.setitem(errors.PROVOKED, "timeout", (keep_once, (LinkTimeout,)))
+    monkeypatch.setitem(errors.PROVOKED, "timeout", (keep_once, LinkTimeout))
     assert errors.CAMPAIGN.run(1, FEW).violations == []
 
 
 @pytest.mark.parametrize(("provoke", "text"), [(lambda *_: None, "no error"), (lambda *_: 1 / 0, "ZeroDivisionError")])
 def test_another_error_than_the_expected_one_is_found(provoke, text, monkeypatch):
-    monkeypatch.setitem(errors.PROVOKED, "refusal", (provoke, (BrickError,)))
+    monkeypatch.setitem(errors.PROVOKED, "refusal", (provoke, BrickError))
     assert text in str(errors.CAMPAIGN.run(1, range(1)).violations)

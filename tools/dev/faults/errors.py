@@ -42,22 +42,6 @@ TIMEOUT_MS = 30
 Provoke = Callable[[Brick, Wire, Path], object]
 
 
-def _refused(brick: Brick, _wire: Wire, _folder: Path) -> None:
-    brick.request(OpenRead("missing.txt"))
-
-
-def _sensor_missing(brick: Brick, _wire: Wire, _folder: Path) -> None:
-    brick.i2c(2).read(0, 8)
-
-
-def _no_program(brick: Brick, _wire: Wire, _folder: Path) -> None:
-    brick.programs.write_message(1, "hello")
-
-
-def _out_of_range(brick: Brick, _wire: Wire, _folder: Path) -> None:
-    brick.motor("A").dc(1000)
-
-
 def _silent(brick: Brick, wire: Wire, _folder: Path) -> None:
     wire.silence(TIMEOUT_MS)
     brick.request(OpenRead("missing.txt"), TIMEOUT_MS / 1000)
@@ -82,29 +66,17 @@ def _lost_in_motion(brick: Brick, wire: Wire, _folder: Path) -> None:
         brick.link.reconnect()
 
 
-def _bad_address(_brick: Brick, _wire: Wire, _folder: Path) -> None:
-    open_transport("sim://open?latency_ms=fast")
-
-
-def _bad_mission(_brick: Brick, _wire: Wire, folder: Path) -> None:
-    load_mission(folder / "mission.toml", [folder])
-
-
-def _bad_world(_brick: Brick, _wire: Wire, folder: Path) -> None:
-    load_world(folder / "world.toml")
-
-
-PROVOKED: dict[str, tuple[Provoke, tuple[type[Exception], ...]]] = {
-    "refusal": (_refused, (BrickError,)),
-    "missing sensor": (_sensor_missing, (BrickError,)),
-    "no program": (_no_program, (BrickError,)),
-    "value out of range": (_out_of_range, (LocalProtocolError,)),
-    "timeout": (_silent, (LinkTimeout,)),
-    "lost link": (_lost, (LinkLost,)),
-    "lost link in a motion": (_lost_in_motion, (LinkLost,)),
-    "bad address": (_bad_address, (AddressError,)),
-    "bad mission": (_bad_mission, (MissionError,)),
-    "bad world": (_bad_world, (ConfigError,)),
+PROVOKED: dict[str, tuple[Provoke, type[Exception]]] = {
+    "refusal": (lambda brick, *_: brick.request(OpenRead("missing.txt")), BrickError),
+    "missing sensor": (lambda brick, *_: brick.i2c(2).read(0, 8), BrickError),
+    "no program": (lambda brick, *_: brick.programs.write_message(1, "hello"), BrickError),
+    "value out of range": (lambda brick, *_: brick.motor("A").dc(1000), LocalProtocolError),
+    "timeout": (_silent, LinkTimeout),
+    "lost link": (_lost, LinkLost),
+    "lost link in a motion": (_lost_in_motion, LinkLost),
+    "bad address": (lambda *_: open_transport("sim://open?latency_ms=fast"), AddressError),
+    "bad mission": (lambda _brick, _wire, folder: load_mission(folder / "mission.toml", [folder]), MissionError),
+    "bad world": (lambda _brick, _wire, folder: load_world(folder / "world.toml"), ConfigError),
 }
 """Errors by name: what provokes each, and its class."""
 

@@ -11,10 +11,10 @@ from random import Random
 from behaviors.executive import Ending, Executive, Report
 from behaviors.mission import Mission
 from behaviors.observers import Observers
-from behaviors.ports import Ports, Vision
+from behaviors.ports import Vision
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
-from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.mission.vision import camera_vision, geometric_vision
@@ -84,7 +84,7 @@ def _perform(wire: Wire, mission: Mission, folder: Path, *, camera: bool) -> tup
         with Brick(plug_in(wire)) as brick:
             brick.link.keep_alive()
             brick.link.reconnect_timeout_s, brick.link.reconnecting = 0.0, True
-            report = _pursue(brick, mission, folder, camera=camera)
+            report = pursue(brick, mission, folder, Observers(), camera=camera)
         outcome = report.ending.value
         wrong += _record_wrong(folder, report)
     except NXTError as error:
@@ -97,21 +97,27 @@ def _perform(wire: Wire, mission: Mission, folder: Path, *, camera: bool) -> tup
     return outcome, wrong
 
 
-def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Report:
-    clock = MissionClock(brick)
+def pursue(brick: Brick, mission: Mission, folder: Path, observers: Observers, *, camera: bool) -> Report:
+    """Pursue a mission with a journal and these observers.
+
+    Args:
+        brick: The brick, on a wire.
+        mission: The mission.
+        folder: The run folder.
+        observers: A journal is added to them.
+        camera: Whether the detectors search frames; otherwise vision is geometric.
+    """
     vision: Vision
     if camera:
         vision = camera_vision(open_mission_camera("sim", brick), mission)
     else:
         vision = geometric_vision(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
-    recording = Recording(RunFolder(folder), clock, video=False)
+    recording = Recording(RunFolder(folder), MissionClock(brick), video=False)
     recording.folder.write_mission(mission)
-    observers = Observers()
     observers.add(JOURNAL, recording)
-    body = build_body(brick, mission)
     report = None
     try:
-        report = Executive(mission, Ports(body, vision, clock), observers).run()
+        report = Executive(mission, mission_ports(brick, mission, vision), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
     return report

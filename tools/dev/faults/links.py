@@ -18,6 +18,7 @@ from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from sim_backend.firmware.motors.output import Output
 from sim_backend.simulation import Simulation
 
+from .assembler import store
 from .campaign import Campaign, Tally, Violation
 from .link_missions import mission_trial
 from .link_programs import PROGRAMS, STORED, WRITTEN, Action, Trial
@@ -148,11 +149,8 @@ def _limit_deg(output: Output) -> float:
 def new_simulation() -> Simulation:
     """Return a robot in front of a wall, with files on its brick."""
     simulation = Simulation("open", seed=1)
-    loader = simulation.brick.loader
     for name, content in STORED.items():
-        handle = loader.create(name, len(content), linear=name.endswith(".rxe")).handle
-        loader.write(handle, content)
-        loader.close(handle)
+        store(simulation.brick, name, content)
     return simulation
 
 

@@ -16,26 +16,21 @@ from typing import cast
 
 import numpy as np
 
-from behaviors.executive import Executive, Report
 from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
-from behaviors.ports import Point, Vision
+from behaviors.ports import Point
 from behaviors.profile_names import ADAPTIVE
 from behaviors.recoveries import CHANGE_TARGET
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
-from nxtdrive.mission.body import MissionClock, mission_ports
-from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.vision import camera_vision, geometric_vision
-from nxtdrive.recording.recording import Recording
-from nxtdrive.recording.run_folder import JOURNAL, RunFolder
+from nxtdrive.recording.run_folder import JOURNAL
 from sim_backend.evaluation import scene
 from sim_backend.scenarios.floor_plan import Goal
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
-from .link_missions import NO_BRICK, SETTING_UP, STILL_MS
+from .link_missions import NO_BRICK, SETTING_UP, STILL_MS, pursue
 from .random_missions import RandomMission, draw
 from .wire import Wire
 from .wire_transports import plug_in
@@ -152,13 +147,14 @@ def run_mission(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
     simulation, outcome = Simulation(drawn.world, seed=drawn.seed), "broken"
     simulation.webcam.unplugged_ms = drawn.camera_lost_ms
     wire = Wire(simulation, drawn.transport, drawn.fault, drawn.latency_ms)
-    monitor = TruthMonitor(simulation, drawn)
+    monitor, observers = TruthMonitor(simulation, drawn), Observers()
+    observers.add("monitor", monitor)
     folder.mkdir()
     try:
         with Brick(plug_in(wire)) as brick:
             brick.link.keep_alive()
             brick.link.reconnect_timeout_s, brick.link.reconnecting = 0.0, True
-            report = _pursue(brick, drawn, folder, monitor)
+            report = pursue(brick, drawn.mission, folder, observers, camera=drawn.camera)
         outcome = report.ending.value
         if report.duration_s > drawn.mission.mission.time_limit_s + 60 + drawn.mission.mission.reconnect_timeout_s:
             monitor.wrong.append(f"it lasted {report.duration_s:.1f} s")
@@ -168,31 +164,12 @@ def run_mission(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
             monitor.wrong.append(traceback.format_exc(limit=-3))
     except Exception:  # noqa: BLE001 - anything else is a defect
         monitor.wrong.append(traceback.format_exc(limit=-5))
+    if observers.failures:
+        monitor.wrong.append(f"observers failed: {observers.failures}")
     simulation.advance(STILL_MS)
     if simulation.motors_turn():
         monitor.wrong.append("motors turn after the mission")
     return outcome, monitor.wrong + monitor.livelocks()
-
-
-def _pursue(brick: Brick, drawn: RandomMission, folder: Path, monitor: TruthMonitor) -> Report:
-    clock, mission = MissionClock(brick), drawn.mission
-    vision: Vision
-    if drawn.camera:
-        vision = camera_vision(open_mission_camera("sim", brick), mission)
-    else:
-        vision = geometric_vision(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
-    recording, observers = Recording(RunFolder(folder), clock, video=False), Observers()
-    recording.folder.write_mission(mission)
-    observers.add(JOURNAL, recording)
-    observers.add("monitor", monitor)
-    report = None
-    try:
-        report = Executive(mission, mission_ports(brick, mission, vision), observers).run()
-    finally:
-        recording.finish(report, "", {"mission": mission.mission.name}, observers)
-        if observers.failures:
-            monitor.wrong.append(f"observers failed: {observers.failures}")
-    return report
 
 
 def _unreadable(folder: Path) -> list[str]:

@@ -6,7 +6,6 @@ import gc
 import logging
 import math
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 
 from behaviors.executive import Ending, Executive
@@ -147,8 +146,6 @@ def _idle(brick: Brick, _wire: Wire, _number: int, end_s: float) -> list[str]:
     brick.sleep(end_s - brick.now())
     return []
 
-
-Work = Callable[[Brick, Wire, int, float], list[str]]
 
 CAMPAIGN = Campaign(
     "In a day of polling, missions and lost links on one link, memory does not grow, timers do not drift, the brick "
