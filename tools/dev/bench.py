@@ -11,8 +11,6 @@ import os
 import platform
 import statistics
 import struct
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -31,7 +29,7 @@ from nxtdrive.mission.camera import GEOMETRIC, SIMULATED
 from nxtdrive.mission.files import PICTURES
 from nxtdrive.mission.run import run_mission
 
-from .bench_peer import run_nxt_python
+from .bench_peer import output_of, run_nxt_python
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import Image
@@ -139,10 +137,10 @@ class NullTransport:
     sleep = staticmethod(time.sleep)
 
 
-def _microseconds(action: Callable[[], object], number: int = 50_000) -> float:
-    """Return the median time of one call."""
+def call_us(action: Callable[[], object], number: int = 50_000, repeats: int = REPEATS) -> float:
+    """Return the time of one call in microseconds, the median of the repeats, each of which has this many calls."""
     rounds = []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         begun = time.perf_counter()
         for _ in range(number):
             action()
@@ -158,13 +156,13 @@ def measure_protocol() -> Iterable[Figure]:
     command, answer = GetOutputState(OutputPort.A), GetOutputState.encode_reply(state)
     pack, unpack = struct.Struct("<BBB").pack, struct.Struct("<BBBBbBBbBIiii").unpack
     brick = Brick(NullTransport(answer))
-    floor_us = _microseconds(lambda: (pack(0, 6, 0), unpack(answer)))
-    request_us = _microseconds(lambda: brick.request(GetOutputState(OutputPort.A)))
+    floor_us = call_us(lambda: (pack(0, 6, 0), unpack(answer)))
+    request_us = call_us(lambda: brick.request(GetOutputState(OutputPort.A)))
     printed = run_nxt_python(NXT_PYTHON, answer.hex(), str(REPEATS))
     peer_us = None if printed is None else float(printed)
     yield Figure("bare struct: pack 3 bytes, unpack 25", floor_us, "µs")
-    yield Figure("encode GetOutputState", _microseconds(command.encode), "µs")
-    yield Figure("decode its reply", _microseconds(lambda: GetOutputState.decode_reply(answer)), "µs")
+    yield Figure("encode GetOutputState", call_us(command.encode), "µs")
+    yield Figure("decode its reply", call_us(lambda: GetOutputState.decode_reply(answer)), "µs")
     yield Figure("request of a motor's state over a null transport", request_us, "µs", peer=peer_us)
     yield at_most("request / bare struct", request_us / floor_us, "x", 8.0)
     if peer_us is not None:
@@ -197,11 +195,7 @@ def measure_import() -> Iterable[Figure]:
 
 def _import_cpu_ms(statement: str) -> float:
     code = f"import time; begun = time.process_time(); {statement}; print((time.process_time() - begun) * 1e3)"
-    rounds = []
-    for _ in range(REPEATS):
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)  # noqa: S603 - our own interpreter
-        rounds.append(float(done.stdout))
-    return statistics.median(rounds)
+    return statistics.median(float(output_of("-c", code)) for _ in range(REPEATS))
 
 
 def measure_simulation() -> Iterable[Figure]:
@@ -236,7 +230,7 @@ def measure_detectors() -> Iterable[Figure]:
             raise RuntimeError("the simulated camera of world 'open' gives no frame")
         for name, spec in DETECTORS.items():
             detector = make_detector(spec).detector
-            took_us = _microseconds(partial(detector.detect, frame), number=3)
+            took_us = call_us(partial(detector.detect, frame), number=3)
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
         yield from _measure_free_floor(frame)
     yield from _measure_several_pictures()
@@ -254,10 +248,8 @@ def _measure_free_floor(frame: Image) -> Iterable[Figure]:
         detector.keep(frame, time_s)
         detector.learn(time_s)
 
-    learn_us = _microseconds(learn, number=3)
-    yield at_most(
-        f"free floor, {width}x{height}", _microseconds(partial(detector.ends, frame), 3) / 1000, "ms/frame", 5
-    )
+    learn_us = call_us(learn, number=3)
+    yield at_most(f"free floor, {width}x{height}", call_us(partial(detector.ends, frame), 3) / 1000, "ms/frame", 5)
     yield Figure(f"free floor, learning it, {width}x{height}", learn_us / 1000, "ms/frame")
 
 
@@ -279,10 +271,10 @@ def _measure_several_pictures() -> Iterable[Figure]:
         for part, image in (("whole", whole), ("top", whole[:half]), ("bottom", whole[half:])):
             if len(detectors) < 12:
                 detectors[f"{path.stem} {part}"] = PictureDetector([image])
-    one_us = [_microseconds(partial(detect_each, {name: one}, frame), number=1) for name, one in detectors.items()]
+    one_us = [call_us(partial(detect_each, {name: one}, frame), number=1) for name, one in detectors.items()]
     for number in (3, len(detectors)):
         several = dict(itertools.islice(detectors.items(), number))
-        several_us = _microseconds(partial(detect_each, several, frame), number=1)
+        several_us = call_us(partial(detect_each, several, frame), number=1)
         yield Figure(f"{number} pictures at once, 320x240", several_us / 1000, "ms/frame")
         yield at_most(f"{number} pictures / one, 320x240", several_us / statistics.mean(one_us), "x", 2.0)
 

@@ -7,10 +7,8 @@ trips per second; the shortfall is the cost of the door. A brick in the same pro
 from __future__ import annotations
 
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -20,8 +18,8 @@ from nxtdrive.brick import open_brick
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
-from .bench import Figure
-from .bench_peer import run_nxt_python, serving, where
+from .bench import Figure, call_us
+from .bench_peer import output_of, run_nxt_python, serving, where
 
 ROUND_TRIPS = 500
 """Round trips in each repeat over a door."""
@@ -90,8 +88,8 @@ def measure_doors(*, round_trips: int = ROUND_TRIPS, repeats: int = REPEATS, pas
                 peer = None if scheme == "tcp" else _nxt_python_over(address, round_trips, repeats)
                 yield Figure(f"requests over {scheme}", over(address, round_trips, repeats), "1/s", peer=peer)
     numbers = (str(round_trips), str(repeats))
-    bare = float(_output(["-c", USB_CLIENT, *numbers], SIM_EXEC))
-    ours = float(_output(["-c", DRIVER_CLIENT, "usb://", *numbers], SIM_EXEC))
+    bare = float(output_of("-c", USB_CLIENT, *numbers, through=SIM_EXEC))
+    ours = float(output_of("-c", DRIVER_CLIENT, "usb://", *numbers, through=SIM_EXEC))
     peer = _nxt_python_over("usb://", round_trips, repeats, SIM_EXEC)
     yield Figure("telegrams over USB (sim exec, bare pyusb)", bare, "1/s")
     yield Figure("requests over USB (sim exec)", ours, "1/s", peer=peer)
@@ -102,13 +100,7 @@ def measure_doors(*, round_trips: int = ROUND_TRIPS, repeats: int = REPEATS, pas
 
 def _rate(action: Callable[[], object], number: int, repeats: int) -> float:
     """Return calls per second, the median of the repeats."""
-    rates = []
-    for _ in range(repeats):
-        begun = time.perf_counter()
-        for _ in range(number):
-            action()
-        rates.append(number / (time.perf_counter() - begun))
-    return statistics.median(rates)
+    return 1e6 / call_us(action, number, repeats)
 
 
 def _in_process(number: int, repeats: int) -> float:
@@ -143,14 +135,6 @@ def _passes(number: int, repeats: int) -> float:
 
 def _memory_mb(repeats: int) -> float:
     def median_kb(statement: str) -> float:
-        return statistics.median(float(_output(["-c", MEMORY_KB.format(statement)])) for _ in range(repeats))
+        return statistics.median(float(output_of("-c", MEMORY_KB.format(statement))) for _ in range(repeats))
 
     return (median_kb(BRICK) - median_kb("pass")) / 1024
-
-
-def _output(words: Sequence[str], through: Sequence[str] = ()) -> str:
-    """Run our own interpreter and return its output."""
-    done = subprocess.run(  # noqa: S603 - our own interpreter
-        [*through, sys.executable, *words], capture_output=True, text=True, check=True, timeout=120
-    )
-    return done.stdout

@@ -55,6 +55,19 @@ def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> st
     return done.stdout
 
 
+def output_of(*words: str, through: Sequence[str] = ()) -> str:
+    """Run our own interpreter and return its output.
+
+    Args:
+        words: Its arguments.
+        through: Command to prepend to the interpreter's.
+    """
+    done = subprocess.run(  # noqa: S603 - our own interpreter
+        [*through, sys.executable, *words], capture_output=True, text=True, check=True, timeout=PROGRAM_TIMEOUT_S
+    )
+    return done.stdout
+
+
 def where(address: str) -> str:
     """Return the arguments of ``nxt.locator.find`` for one of our addresses, as JSON.
 

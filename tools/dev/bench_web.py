@@ -9,8 +9,6 @@ import json
 import re
 import socket
 import statistics
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -31,6 +29,7 @@ from ..web.missions import Missions
 from ..web.robot import Robot
 from ..web.runs import Runs
 from .bench import Figure, at_most
+from .bench_peer import output_of
 
 T = TypeVar("T")
 SECONDS = 10.0
@@ -176,9 +175,7 @@ def _cpu_percent(action: Callable[[], T]) -> tuple[float, T]:
 
 
 def _client(program: str, *arguments: object) -> list[list[float]]:
-    command = [sys.executable, "-c", program, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603 - our own interpreter
-    return cast("list[list[float]]", json.loads(done.stdout))
+    return cast("list[list[float]]", json.loads(output_of("-c", program, *map(str, arguments))))
 
 
 def installed_mb(extra: str) -> float:
@@ -210,5 +207,4 @@ def _loaded(statement: str) -> int:
     """Return how many modules of the extra's packages a statement loads."""
     packages = ("starlette", "uvicorn", "websockets", "anyio", "segno", "tomlkit")
     code = f"import sys; {statement}; print(sum(name.split('.')[0] in {packages} for name in sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603 - our own interpreter
-    return int(done.stdout)
+    return int(output_of("-c", code))
