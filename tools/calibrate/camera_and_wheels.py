@@ -47,6 +47,7 @@ PARAMETERS = {
 before it, and leans with its upper edge towards the robot. ``blur_px``: the detector finds the corners of a black
 square too far inside by this."""
 NAMES = tuple(PARAMETERS)
+PRIOR_SD, SCALES = (np.array(column) for column in list(zip(*PARAMETERS.values(), strict=True))[1:])
 CAMERA_KEYS = ("hfov_deg", "yaw_deg", "tilt_deg", "roll_deg", "forward_mm", "right_mm", "latency_s")
 WHEEL_KEYS = ("wheel_diameter_mm", "wheel_mismatch_percent", "axle_track_mm")
 LATENCIES_S = (0.05, 0.2, 0.4)
@@ -101,8 +102,8 @@ class Corners:
         self._slips, self._counts = _slips(counts), smoothed(counts)
         self._width, self._height = track.size
         # an error of the pose in a frame affects all its corners
-        self.per_view = sum(len(view.seen.on_sheet_mm) for view in views) / len(views)
         per_view = [len(view.seen.on_sheet_mm) for view in views]
+        self.per_view = sum(per_view) / len(views)
         self._times = np.repeat([view.time_s for view in views], per_view)
         self._on_sheet = np.concatenate([view.seen.on_sheet_mm for view in views])
         self._in_frame = np.concatenate([view.seen.in_frame_px for view in views])
@@ -175,13 +176,12 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
         raise CalibrationRefused("the sheet was seen in none of the frames.", remedy=REMEDY)
     guesses = [_guess(early, robot, camera, latency_s) for latency_s in LATENCIES_S]
     few = Corners(early, FEW_VIEWS)
-    best = min((_fit(few, *guess) for guess in guesses), key=lambda found: found.residual)
-    _, prior_sd, scales = guesses[0]
+    best = min((_fit(few, guess) for guess in guesses), key=lambda found: found.residual)
     seen, track = len(track.views), track.steady(float(best.values[NAMES.index("latency_s")]))
     if (steady := len(track.views)) < MIN_VIEWS:
         frames = f"of {number_of(seen, 'frame')} that show the sheet, {steady} were taken in steady motion"
         raise CalibrationRefused(f"{frames}; {MIN_VIEWS} are needed.", remedy=REMEDY)
-    best = _fit(Corners(track, MANY_VIEWS), best.values[: len(NAMES)], prior_sd, scales)
+    best = _fit(Corners(track, MANY_VIEWS), best.values[: len(NAMES)])
     return Estimate(
         dict(zip(NAMES, map(float, best.values), strict=False)),
         dict(zip(NAMES, map(float, best.standard_errors), strict=False)),
@@ -207,20 +207,19 @@ def misfit_px(track: Track, current: dict[str, float], found: dict[str, float]) 
     """
     corners = Corners(track, FEW_VIEWS)
     start = np.array([current.get(name, found[name]) for name in NAMES])
-    prior_sd = np.array([CERTAIN if name in current else PARAMETERS[name][1] for name in NAMES])
-    best = _fit(corners, start, prior_sd, np.array([each for *_, each in PARAMETERS.values()]))
+    best = _fit(corners, start, np.where([name in current for name in NAMES], CERTAIN, PRIOR_SD))
     without_slips = np.concatenate([best.values[: len(NAMES)], np.zeros(corners.slips)])
     return float(np.sqrt(np.mean(corners.residuals(without_slips) ** 2)))
 
 
-def _fit(corners: Corners, start: Array, prior_sd: Array, scales: Array) -> Fit:
+def _fit(corners: Corners, start: Array, prior_sd: Array = PRIOR_SD) -> Fit:
     """Fit the parameters of `NAMES` together with the slips, which are expected to be small."""
     slips = np.ones(corners.slips)
     return fit(
         corners.residuals,
         np.concatenate([start, 0 * slips]),
         np.concatenate([prior_sd, slips]),
-        np.concatenate([scales, 0.01 * slips]),
+        np.concatenate([SCALES, 0.01 * slips]),
         corners.per_view,
     )
 
@@ -238,7 +237,8 @@ def _slips(counts: Array) -> Array:
     return shares
 
 
-def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: float) -> tuple[Array, Array, Array]:
+def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: float) -> Array:
+    """Return a first guess of the parameters of `NAMES`."""
     current = believed_values(robot, camera)
     start = {name: current[name] if value is None else value for name, (value, _, _) in PARAMETERS.items()}
     start["latency_s"] = latency_s
@@ -250,5 +250,4 @@ def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: floa
     off_px = float(seen.in_frame_px[:, 0].mean()) - track.size[0] / 2
     bearing = math.atan(off_px / focal_px) + math.radians(start["yaw_deg"])
     start["sheet_x_mm"], start["sheet_y_mm"] = away_mm * math.cos(bearing), away_mm * math.sin(bearing)
-    sd = np.array([sd for _, sd, _ in PARAMETERS.values()])
-    return np.array([start[name] for name in NAMES]), sd, np.array([each for *_, each in PARAMETERS.values()])
+    return np.array([start[name] for name in NAMES])
