@@ -6,6 +6,8 @@ An object has two axes of its own: along its facing, and across it, to the right
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -56,6 +58,11 @@ def corners_of(at_mm: Point, size_mm: Point, facing_rad: float) -> list[Point]:
     along, across = size_mm[0] / 2, size_mm[1] / 2
     offsets = ((along, -across), (along, across), (-along, across), (-along, -across))
     return [on_map(at_mm, facing_rad, *offset) for offset in offsets]
+
+
+def sides_of(corners: Sequence[Point]) -> Iterator[tuple[Point, Point]]:
+    """Return both ends of each side of a polygon, in the order of its corners."""
+    return pairwise([*corners, corners[0]])
 
 
 def wrapped_deg(angle_deg: Angle) -> Angle:

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sim_backend.plane import Length, along_and_across
+from sim_backend.plane import Length, along_and_across, sides_of
 
 PICTURE_BACK = "cardboard"
 NEAR_MM = 20.0
@@ -161,5 +161,4 @@ def standing_panels(corners_mm: Sequence[tuple[float, float]], height_mm: float,
         height_mm: Height of the sides.
         texture: Texture of every side.
     """
-    ends = [*corners_mm[1:], corners_mm[0]]
-    return [Panel(x1, y1, x0, y0, 0.0, height_mm, texture) for (x0, y0), (x1, y1) in zip(corners_mm, ends, strict=True)]
+    return [Panel(x1, y1, x0, y0, 0.0, height_mm, texture) for (x0, y0), (x1, y1) in sides_of(corners_mm)]

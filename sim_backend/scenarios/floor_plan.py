@@ -284,15 +284,18 @@ class _Grid:
 
     def nearest_free(self, place: Point) -> Cell | None:
         """Return the free cell nearest to a point; None if even that is too far away."""
-        distance = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(place)[:, None, None]))
+        distance = self._away_mm(place)
         distance[~self.free] = np.inf
         cell = np.unravel_index(int(np.argmin(distance)), distance.shape)
         return (int(cell[0]), int(cell[1])) if distance[cell] <= FAR_FROM_FREE_CELLS * CELL_MM else None
 
+    def _away_mm(self, place: Point) -> Floats:
+        """Return the distance of each cell from a point."""
+        return np.asarray(np.hypot(self.middles[..., 0] - place[0], self.middles[..., 1] - place[1]))
+
     def search(self, first: Cell, ends: Mask, goal: Goal) -> list[Cell]:
         """Return the cells from the first to the nearest end (A*); empty if there is no path."""
-        ahead = np.hypot(*(np.moveaxis(self.middles, -1, 0) - np.asarray(goal.at_mm)[:, None, None]))
-        guess = (np.maximum(ahead - goal.reach_mm - CELL_MM, 0.0) / CELL_MM).tolist()
+        guess = (np.maximum(self._away_mm(goal.at_mm) - goal.reach_mm - CELL_MM, 0.0) / CELL_MM).tolist()
         free, cost, end = self.free.tolist(), self._cost.tolist(), ends.tolist()
         columns, rows = self.free.shape
         best: dict[Cell, float] = {first: 0.0}

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 from random import Random
 
-from sim_backend.plane import Point
+from sim_backend.plane import Point, sides_of
 from sim_backend.scenarios.flats import CORRIDOR_MM
 from sim_backend.scenarios.room_builder import RoomBuilder, point_from
 from sim_backend.scenarios.rooms import room
@@ -30,7 +30,7 @@ def _six_walls(random: Random) -> RoomBuilder:
     middle = width / 2, depth / 2
     turn = builder.between(8, 22)
     corners = [point_from(middle, turn + 60.0 * i, radius) for i in range(6)]
-    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+    for start, end in sides_of(corners):
         builder.add_wall(start, end)
     for target, side in zip(builder.targets, random.sample(range(6), 2), strict=True):
         outward = turn + 60.0 * side + 30.0

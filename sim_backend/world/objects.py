@@ -8,7 +8,7 @@ from typing import Protocol
 import pymunk
 
 from sim_backend.camera.scene import Panel, picture_panel, standing_panels
-from sim_backend.plane import corners_of, on_map
+from sim_backend.plane import corners_of, on_map, sides_of
 from sim_backend.world.robot import GRAVITY_MM_S2
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Floor, Picture, Wall
@@ -69,11 +69,9 @@ class RoomObject:
         self.height_mm, self._floor = floor.wall_height_mm, floor
         half = self.THICKNESS_MM / 2
         width, depth = floor.size_mm
-        centre_lines = _loop(
-            [(-half, -half), (width + half, -half), (width + half, depth + half), (-half, depth + half)]
-        )
+        middles = [(-half, -half), (width + half, -half), (width + half, depth + half), (-half, depth + half)]
         self.shapes: tuple[pymunk.Shape, ...] = tuple(
-            pymunk.Segment(space.static_body, start, end, half) for start, end in centre_lines
+            pymunk.Segment(space.static_body, start, end, half) for start, end in sides_of(middles)
         )
         for shape in self.shapes:
             shape.friction = 0.5
@@ -85,7 +83,7 @@ class RoomObject:
         corners = [(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]
         return [
             Panel(x0, y0, x1, y1, 0.0, self.height_mm, self._floor.wall_texture)
-            for (x0, y0), (x1, y1) in _loop(corners)
+            for (x0, y0), (x1, y1) in sides_of(corners)
         ]
 
 
@@ -244,7 +242,3 @@ def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: fl
     slide.max_bias = twist.max_bias = 0.0
     slide.max_force, twist.max_force = force, force * size_mm / 3
     return slide, twist
-
-
-def _loop(corners: list[Point]) -> list[tuple[Point, Point]]:
-    return list(zip(corners, [*corners[1:], corners[0]], strict=True))

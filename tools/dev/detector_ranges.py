@@ -28,6 +28,7 @@ from sim_backend.camera.lens import LensEffects
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
+from sim_backend.plane import sides_of
 
 from .program import parser
 
@@ -117,7 +118,7 @@ class Rooms:
         x, y = (max(2500.0, clear_mm + 800) + self._rng.uniform(0, 1500) for _ in range(2))
         corners = ((-x, -y), (x, -y), (x, y), (-x, y))
         texture = self._rng.choice(WALLS)
-        for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        for (x0, y0), (x1, y1) in sides_of(corners):
             yield Panel(x0, y0, x1, y1, 0.0, 2500.0, texture)
 
     def _clutter(self, lens: Viewpoint, others: Sequence[str], clear_mm: float) -> Iterable[Panel]:

@@ -32,6 +32,7 @@ from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import Color, Image, Texture, TextureLibrary
+from sim_backend.plane import sides_of
 
 from .detector_ranges import FLOORS, WALLS
 from .program import parser
@@ -199,7 +200,7 @@ def make_room(number: int, places: int, seed: int) -> Room:
     rng = random.Random(f"{seed}/{number}")  # noqa: S311 - a repeatable draw
     wide, deep = rng.uniform(3000.0, 5000.0), rng.uniform(3000.0, 5000.0)
     corners = [(0.0, 0.0), (wide, 0.0), (wide, deep), (0.0, deep)]
-    panels = [Panel(*one, *other, 0.0, WALL_MM, wall) for one, other in itertools.pairwise([*corners, corners[0]])]
+    panels = [Panel(*one, *other, 0.0, WALL_MM, wall) for one, other in sides_of(corners)]
     taken = []
     for _ in range(rng.randint(3, 7)):
         x, y, first_deg = rng.uniform(400.0, wide - 400.0), rng.uniform(400.0, deep - 400.0), rng.uniform(0.0, 90.0)

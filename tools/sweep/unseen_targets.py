@@ -14,7 +14,7 @@ import numpy as np
 
 from sim_backend.camera.scene import Viewpoint
 from sim_backend.evaluation import current_floor_plan
-from sim_backend.plane import Point, on_map
+from sim_backend.plane import Point, on_map, sides_of
 from sim_backend.scenarios.flats import FLAT_TARGETS_APART_MM
 from sim_backend.scenarios.floor_plan import Goal
 from sim_backend.scenarios.room_builder import AT_WALL_DEG, AT_WALL_MM, CLEARANCE_MM, ROBOT_RADIUS_MM
@@ -105,7 +105,7 @@ def _walls(world: WorldFile) -> Iterator[tuple[Point, Point, float]]:
     """Yield both ends of each side of each wall, from which the room is to the right, and half the wall's thickness."""
     width, depth = world.floor.size_mm
     corners = [(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]
-    for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
+    for start, end in sides_of(corners):
         yield start, end, 0.0
     for wall in world.walls:
         yield wall.from_mm, wall.to_mm, wall.thickness_mm / 2
