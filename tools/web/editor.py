@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from anyio.to_thread import run_sync
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
-from input_files.pydantic_words import first_mistake
 from nxtdrive.cli.templates.mission import template
 
+from .messages import read
 from .missions import Conflict, Missions
 from .photographs import NewTarget, Photographs
 
@@ -40,17 +40,8 @@ class File(Text):
     version: str
 
 
-class Refused(Exception):
-    """A request that cannot be carried out.
-
-    Args:
-        text: Why.
-        status: Of the response.
-    """
-
-    def __init__(self, text: str, status: int) -> None:
-        super().__init__(text)
-        self.status = status
+class TooLong(ValueError):
+    """The body of a request has more than `MAX_BYTES`."""
 
 
 class Editor:
@@ -119,8 +110,8 @@ async def answered(request: Request, kind: type[B], work: Callable[[B], object])
     try:
         body = await _body(request, kind)
         return JSONResponse(await run_sync(work, body))
-    except Refused as refused:
-        return PlainTextResponse(f"{refused}\n", refused.status)
+    except TooLong as error:
+        return PlainTextResponse(f"{error}\n", 413)
     except Conflict as conflict:
         return PlainTextResponse(f"{conflict}\n", 409)
     except ValueError as error:
@@ -134,8 +125,5 @@ async def _body(request: Request, kind: type[B]) -> B:
     async for part in request.stream():
         content += part
         if len(content) > MAX_BYTES:
-            raise Refused(f"This is too long. At most {MAX_BYTES // 1024} kB can be sent.", 413)
-    try:
-        return kind.model_validate_json(content)
-    except ValidationError as error:
-        raise Refused(first_mistake(error.errors()), 422) from None
+            raise TooLong(f"This is too long. At most {MAX_BYTES // 1024} kB can be sent.")
+    return read(TypeAdapter(kind), content)
