@@ -23,6 +23,8 @@ from sim_backend.camera.textures import Image, Texture, TextureLibrary
 
 LIGHT_FROM_DEG = 245.0
 """Direction of the light (a window): panels that face it are the brightest."""
+BACKGROUND = (214, 220, 222)
+"""Blue, green, red of the area above all panels."""
 
 Row = NDArray[np.floating[Any]]
 
@@ -85,20 +87,13 @@ class Renderer:
         camera: Image size and focal length. Tilt and roll are left to the caller; see `optics.CameraWarp`.
         textures: Source of the textures.
         floor: Texture of the floor.
-        background: Blue, green, red of the area above all panels.
     """
 
-    def __init__(
-        self,
-        camera: Pinhole | ImagePlane,
-        textures: TextureLibrary,
-        floor: str = "floor",
-        background: tuple[int, int, int] = (214, 220, 222),
-    ) -> None:
+    def __init__(self, camera: Pinhole | ImagePlane, textures: TextureLibrary, floor: str = "floor") -> None:
         self.camera = camera
         self._textures = textures
         self._floor = textures[floor]
-        self._empty = np.full((camera.height, camera.width, 3), background, np.uint8)
+        self._empty = np.full((camera.height, camera.width, 3), BACKGROUND, np.uint8)
         self._column_rays = (np.arange(camera.width) - camera.centre_px[0]) / camera.focal_px
         self._rows = np.arange(camera.height, dtype=np.float32)[:, None]
 

@@ -5,6 +5,8 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from nxtdrive.tools.conformance.bench import Bench
@@ -41,6 +43,14 @@ def world(world_file: Callable[..., WorldFile]) -> Callable[..., World]:
         return World(world_file(extra, base), seed)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def red(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The path of a picture that is all red, which can be found again in a frame."""
+    path = str(tmp_path_factory.mktemp("colors") / "red.png")
+    cv2.imwrite(path, np.full((64, 64, 3), (0, 0, 255), np.uint8))
+    return path
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ from sim_backend.camera.renderer import Renderer
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
+from tests.sim_backend.cameras import ORIGIN
 
 COLORS = {"red": (0, 0, 255), "green": (0, 255, 0), "blue": (255, 0, 0)}
-ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,6 @@ def test_a_wall_that_passes_beside_the_lens_is_clipped_and_not_folded_over(color
     assert mask[100, 319]
     assert not mask[:, :160].any()
     # it comes in from the right without gaps
-    assert np.flatnonzero(mask[119])[[0, -1]].tolist() == [np.flatnonzero(mask[119])[0], 319]
     assert mask[119, np.flatnonzero(mask[119])[0] :].all()
 
 
@@ -152,10 +151,11 @@ def test_what_is_behind_the_lens_or_too_near_or_edge_on_is_not_drawn(colors):
         assert np.array_equal(render([panel]), empty)
 
 
-def test_a_closed_room_has_no_holes():
+def test_a_closed_room_has_no_holes(monkeypatch):
     corners = [(-2500.0, -1500.0), (2500.0, -1500.0), (2500.0, 1500.0), (-2500.0, 1500.0)]
     nothing = (255, 0, 255)
-    renderer = Renderer(Pinhole(320, 240, 60.0), TextureLibrary(), background=nothing)
+    monkeypatch.setattr("sim_backend.camera.renderer.BACKGROUND", nothing)
+    renderer = Renderer(Pinhole(320, 240, 60.0), TextureLibrary())
     for heading_deg in range(0, 360, 7):
         room = standing_panels(corners, 5000.0, "bricks")
         image = renderer.render(room, Viewpoint(1200.0, -700.0, heading_deg, 180.0))

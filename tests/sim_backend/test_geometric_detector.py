@@ -9,13 +9,10 @@ from nxtdrive.vision.detection import Detection, box_of
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricDetector
+from sim_backend.camera.geometric import PICTURE_MODEL, GeometricDetector
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
-
-ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
-ALWAYS = DetectorModel(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
-"""Finds everything that is not fully hidden, without any error."""
+from tests.sim_backend.cameras import ALWAYS, ORIGIN
 
 
 def lena(x=1200.0, y=0.0, facing_deg=180.0, **where):

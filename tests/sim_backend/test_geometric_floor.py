@@ -12,9 +12,9 @@ from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_MODEL, FloorMo
 from sim_backend.camera.optics import Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
+from tests.sim_backend.cameras import ORIGIN
 
 CAMERA = Pinhole(320, 240, 60.0)
-ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
 EXACT = GeometricFloor(model=FloorModel(row_sd_px=0.0, look_like_floor=frozenset(), specks=0.0))
 
 

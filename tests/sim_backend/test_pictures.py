@@ -13,6 +13,7 @@ from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import SURFACES
+from tests.sim_backend.cameras import ORIGIN
 
 NAMES = sorted(path.stem for path in PICTURES.glob("*.png") if path.stem != "calibration-sheet")
 """Pictures to search for; the marker sheet is not one, and its fine patterns blur from afar."""
@@ -46,15 +47,15 @@ def frames(name, size, metres):
         )
 
 
-def faces(cascade, frame, neighbors):
-    return cascade.detectMultiScale(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), scaleFactor=1.1, minNeighbors=neighbors)
+def faces(cascade, frame):
+    return cascade.detectMultiScale(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), scaleFactor=1.1, minNeighbors=5)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "metres"), NEAR + FAR)
 def test_opencv_takes_lena_for_a_face(cascade, size, metres):
     for frame, middle, px_per_mm in frames("lena", size, metres):
-        found = faces(cascade, frame, 5)
+        found = faces(cascade, frame)
         assert len(found) == 1
         left, _, width, _ = found[0]
         assert left + width / 2 == pytest.approx(middle, abs=12 * px_per_mm + 2)
@@ -73,15 +74,15 @@ def test_opencv_takes_lena_for_a_face(cascade, size, metres):
     ],
 )
 def test_opencv_takes_no_other_picture_for_a_face(cascade, name, size, metres):
-    assert [len(faces(cascade, frame, 5)) for frame, _, _ in frames(name, size, metres)] == [0] * LOOKS
+    assert [len(faces(cascade, frame)) for frame, _, _ in frames(name, size, metres)] == [0] * LOOKS
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("surface", sorted(SURFACES))
 def test_no_surface_is_taken_for_a_face(cascade, surface):
     panel = Panel(1000.0, -300.0, 1000.0, 300.0, 0.0, 700.0, surface)
-    frame = SimCamera((640, 480)).frame([*ROOM, panel], Viewpoint(0.0, 0.0, 0.0, 200.0))
-    assert len(faces(cascade, frame, 5)) == 0
+    frame = SimCamera((640, 480)).frame([*ROOM, panel], ORIGIN)
+    assert len(faces(cascade, frame)) == 0
 
 
 @pytest.mark.parametrize(("one", "other"), list(itertools.combinations(NAMES, 2)))
@@ -94,7 +95,7 @@ def test_no_two_pictures_look_alike(one, other):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rendered_picture_still_correlates_with_its_file(name):
     panel = picture_panel(name, 1500.0, 0.0, 180.0, bottom_mm=51.5)
-    frame = SimCamera((320, 240)).frame([*ROOM, panel], Viewpoint(0.0, 0.0, 0.0, 200.0))
+    frame = SimCamera((320, 240)).frame([*ROOM, panel], ORIGIN)
     height, width = (277.1 * side / 1500.0 for side in (297.0, 210.0))
     top, left = round(120 - height / 2), round(160 - width / 2)
     seen = small_gray(frame[top : top + round(height), left : left + round(width)])
@@ -115,7 +116,7 @@ def test_features_distinguish_lena_from_the_bear():
     sift = cv2.SIFT_create()
     views = {
         name: SimCamera((640, 480), lens=PERFECT).frame(
-            [picture_panel(name, 700.0, 0.0, 180.0, bottom_mm=60.0)], Viewpoint(0.0, 0.0, 0.0, 200.0)
+            [picture_panel(name, 700.0, 0.0, 180.0, bottom_mm=60.0)], ORIGIN
         )
         for name in ("lena", "rilakkuma")
     }

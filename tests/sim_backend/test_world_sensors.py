@@ -9,6 +9,7 @@ from firmware_protocol.enums import InputPort, OutputMode, OutputPort, Regulatio
 from firmware_protocol.iomap import INPUT
 from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
+from sim_backend.devices import ColorSensor, TemperatureSensor
 from sim_backend.simulation import Simulation
 
 PERCENT, RAW, CELSIUS = SensorMode.PERCENT, SensorMode.RAW, SensorMode.CELSIUS
@@ -147,8 +148,6 @@ def test_the_colour_sensor_is_valid_after_400_ms(room):
 
 
 def test_a_colour_sensor_may_be_plugged_in_later(room):
-    from sim_backend.devices import ColorSensor
-
     simulation, brick = room("")
     brick.request(SetInputMode(InputPort.IN_3, SensorType.COLOR_FULL, RAW))
     brick.sleep(1)
@@ -253,8 +252,6 @@ def test_the_digital_temperature_sensor_counts_below_zero(room):
 
 
 def test_a_shut_down_temperature_sensor_measures_on_command(room):
-    from sim_backend.devices import TemperatureSensor
-
     simulation, brick = room("")
     weather = [20.0]
     simulation.brick.attach_sensor(3, TemperatureSensor(lambda: weather[0]))

@@ -18,6 +18,7 @@ from sim_backend.doors.door import wait_readable
 from sim_backend.doors.mjpeg import STREAM, VIEWER_LIMIT, WAITING_LIMIT, MjpegDoor
 from sim_backend.doors.uvc import UvcDoor
 from tests.open_files import files_left
+from tests.waiting import until
 
 LIMITS = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 10_000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 10_000]
 GRAY = np.full((120, 160, 3), 90, np.uint8)
@@ -71,15 +72,6 @@ def _connect(door):
     return line
 
 
-def _until(condition):
-    pause = threading.Event()
-    for _ in range(2000):
-        if condition():
-            return True
-        pause.wait(0.005)
-    return False
-
-
 def test_opencv_reads_the_stream(door):
     with _showing(door, GRAY):
         capture = cv2.VideoCapture(door.url, cv2.CAP_FFMPEG, LIMITS)
@@ -95,7 +87,7 @@ def test_opencv_reads_the_stream(door):
 def test_a_watcher_sees_the_freshest_picture_only(door):
     door.show(GRAY)
     with _connect(door) as line:
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
         door.show(NOISE)
         stream = line.makefile("rb")
         head = [row.strip() for row in iter(stream.readline, b"\r\n")]
@@ -109,15 +101,15 @@ def test_a_watcher_sees_the_freshest_picture_only(door):
 def test_the_door_is_watched_while_a_viewer_is_connected(door):
     assert not door.watched
     with _connect(door):
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
     with _showing(door, GRAY):
-        assert _until(lambda: not door.watched)
+        until(lambda: not door.watched)
 
 
 @pytest.mark.slow
 def test_a_viewer_that_does_not_read_holds_up_no_other(door):
     with _connect(door):
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
         for _ in range(300):
             door.show(NOISE)
         with _showing(door, GRAY):
@@ -131,7 +123,7 @@ def test_closing_ends_the_thread_and_every_connection():
     before = set(threading.enumerate())
     door = MjpegDoor()
     lines = [_connect(door) for _ in range(3)]
-    assert _until(lambda: door.watched)
+    until(lambda: door.watched)
     door.close()
     door.close()
     assert set(threading.enumerate()) <= before
@@ -156,7 +148,7 @@ def test_closing_does_not_wait_for_a_request(sent):
 def test_closing_does_not_wait_for_a_viewer_that_does_not_read():
     door = MjpegDoor()
     with _connect(door):
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
         for _ in range(30):
             door.show(NOISE)
         door.close()
@@ -174,24 +166,23 @@ def test_a_request_has_a_deadline_as_a_whole(monkeypatch):
 
 def test_a_viewer_above_the_limit_gets_a_reply_and_is_logged_once(door, caplog):
     with contextlib.ExitStack() as stack:
-        for _ in range(VIEWER_LIMIT):
-            stack.enter_context(_connect(door))
-        assert _until(lambda: len(door._viewers) == VIEWER_LIMIT)
+        for line in [stack.enter_context(_connect(door)) for _ in range(VIEWER_LIMIT)]:
+            assert line.recv(4096).startswith(b"HTTP/1.0 200 ")
         for _ in range(3):
             with _connect(door) as line:
                 assert line.recv(4096).startswith(b"HTTP/1.0 503 ")
         assert caplog.text.count("is refused") == 1
     with _showing(door, GRAY):
-        assert _until(lambda: not door.watched)
+        until(lambda: not door.watched)
     with _connect(door):
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
 
 
 def test_connections_without_a_request_keep_no_viewer_out(door):
     with contextlib.ExitStack() as stack:
         lines = [stack.enter_context(_dial(door)) for _ in range(WAITING_LIMIT + 10)]
         stack.enter_context(_connect(door))
-        assert _until(lambda: door.watched)
+        until(lambda: door.watched)
         with contextlib.suppress(ConnectionError):
             assert lines[0].recv(100) == b"", "the oldest were closed"
 

@@ -8,7 +8,7 @@ import time
 
 import pytest
 import serial
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import ConfigError
@@ -18,14 +18,6 @@ from sim_backend.doors.pty import REOPEN_S, PtyDoor, Terminal
 
 GET_BATTERY = bytes.fromhex("00 0b")
 KEEP_ALIVE = bytes.fromhex("00 0d")
-
-
-class _Clock:
-    def __init__(self):
-        self.now_s = 0.0
-
-    def now(self):
-        return self.now_s
 
 
 def _open(path):
@@ -43,21 +35,16 @@ def _ask(port, telegram):
 
 
 @pytest.fixture
-def clock():
-    return _Clock()
-
-
-@pytest.fixture
-def door(tmp_path, clock):
-    door = PtyDoor(tmp_path / "port", now=clock.now)
+def door(tmp_path, wall):
+    door = PtyDoor(tmp_path / "port", now=wall.now)
     yield door
     door.close()
 
 
 @pytest.fixture
-def terminal(tmp_path, clock):
+def terminal(tmp_path, wall):
     """Without a door around it; its name is `device`."""
-    terminal = Terminal("terminal", now=clock.now)
+    terminal = Terminal("terminal", now=wall.now)
     yield terminal
     terminal.disconnect()
 
@@ -66,6 +53,14 @@ def terminal(tmp_path, clock):
 def client(terminal):
     with _open(terminal.device) as port:
         yield port
+
+
+def _visitor(door, port, telegram):
+    """Who has come through the door once it has said something."""
+    port.write(frame(telegram))
+    select.select([door], [], [], 10)
+    (visitor,) = door.accept()
+    return visitor
 
 
 def _arrived(terminal):
@@ -119,19 +114,19 @@ def test_a_reply_comes_in_one_piece(terminal):
         os.close(port)
 
 
-def test_half_a_telegram_does_not_spoil_the_next_programs_first(terminal, client, clock):
+def test_half_a_telegram_does_not_spoil_the_next_programs_first(terminal, client, wall):
     client.write(frame(GET_BATTERY)[:-1])
     assert _arrived(terminal) == []
-    clock.now_s += PARTIAL_LIMIT_S * 2
+    wall.now_s += PARTIAL_LIMIT_S * 2
     assert terminal.receive() == []
     client.write(frame(KEEP_ALIVE))
     assert _arrived(terminal) == [KEEP_ALIVE]
 
 
-def test_anything_that_is_not_a_telegram_is_dropped(terminal, client, clock):
+def test_anything_that_is_not_a_telegram_is_dropped(terminal, client, wall):
     client.write(b"AT+GMM\r\n")
     assert _arrived(terminal) == []
-    clock.now_s += PARTIAL_LIMIT_S * 2
+    wall.now_s += PARTIAL_LIMIT_S * 2
     client.write(frame(KEEP_ALIVE))
     assert _arrived(terminal) == [KEEP_ALIVE]
 
@@ -151,17 +146,16 @@ def test_nothing_is_written_unasked(terminal, client):
 
 
 @pytest.mark.slow
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(garbage=st.binary(min_size=1, max_size=300), telegram=st.binary(min_size=1, max_size=64))
-def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):
-    clock = _Clock()
-    terminal = Terminal("terminal", now=clock.now)
+def test_after_any_garbage_and_a_pause_telegrams_pass(wall, garbage, telegram):
+    terminal = Terminal("terminal", now=wall.now)
     try:
         with _open(terminal.device) as port:
             port.write(garbage)
             while select.select([terminal], [], [], 0.01)[0]:
                 terminal.receive()
-            clock.now_s += PARTIAL_LIMIT_S * 2
+            wall.now_s += PARTIAL_LIMIT_S * 2
             port.write(frame(telegram))
             assert _arrived(terminal) == [telegram]
     finally:
@@ -172,48 +166,36 @@ def test_the_door_has_a_visitor_once_a_program_writes(door):
     assert door.accept() == []
     with _open(door.path) as port:
         assert door.accept() == []
-        port.write(frame(GET_BATTERY))
-        select.select([door], [], [], 10)
-        (visitor,) = door.accept()
-        assert visitor.receive() == [GET_BATTERY]
+        assert _visitor(door, port, GET_BATTERY).receive() == [GET_BATTERY]
         assert door.accept() == []
         assert door.fileno() is None
 
 
 def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door):
     with _open(door.path) as port:
-        port.write(frame(GET_BATTERY))
-        select.select([door], [], [], 10)
-        (visitor,) = door.accept()
-        visitor.disconnect()
+        _visitor(door, port, GET_BATTERY).disconnect()
         with pytest.raises((OSError, serial.SerialException)):
             port.read(1)
     assert door.accept() == []
     with _open(door.path) as port:
-        port.write(frame(KEEP_ALIVE))
-        select.select([door], [], [], 10)
-        (visitor,) = door.accept()
-        assert visitor.receive() == [KEEP_ALIVE]
+        assert _visitor(door, port, KEEP_ALIVE).receive() == [KEEP_ALIVE]
 
 
-def test_while_the_name_cannot_be_made_again_the_server_continues_and_tries_later(tmp_path, clock, caplog):
+def test_while_the_name_cannot_be_made_again_the_server_continues_and_tries_later(tmp_path, wall, caplog):
     folder = tmp_path / "ports"
     folder.mkdir()
-    door = PtyDoor(folder / "port", now=clock.now)
+    door = PtyDoor(folder / "port", now=wall.now)
     with _open(door.path) as port:
-        port.write(frame(GET_BATTERY))
-        select.select([door], [], [], 10)
-        (visitor,) = door.accept()
-        visitor.disconnect()
+        _visitor(door, port, GET_BATTERY).disconnect()
     door.path.unlink()
     folder.rmdir()
     for _ in range(3):
         assert door.accept() == []
         assert door.fileno() is None
-        clock.now_s += 0.5
+        wall.now_s += 0.5
     assert caplog.text.count("the port cannot be named") == 1
     folder.mkdir()
-    clock.now_s += REOPEN_S
+    wall.now_s += REOPEN_S
     assert door.accept() == []
     assert door.path.is_char_device()
     door.close()
@@ -255,9 +237,7 @@ def test_a_door_does_not_take_another_ones_name_away(tmp_path):
     with pytest.raises(ConfigError, match="port of another program"):
         PtyDoor(tmp_path / "port", now=time.monotonic)
     with _open(first.path) as port:
-        port.write(frame(GET_BATTERY))
-        select.select([first], [], [], 10)
-        assert first.accept()[0].receive() == [GET_BATTERY]
+        assert _visitor(first, port, GET_BATTERY).receive() == [GET_BATTERY]
     first.path.unlink()
     second = PtyDoor(tmp_path / "port", now=time.monotonic)
     first.close()

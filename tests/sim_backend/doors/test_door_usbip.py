@@ -14,11 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.direct import GetBatteryLevel
+from firmware_protocol.errors import ConfigError
 from firmware_protocol.system import GetVersions
 from sim_backend.doors.usb_device import Stall
 from sim_backend.doors.usbip import NxtDevice, UsbIpDoor, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
 from sim_backend.doors.uvc import UvcDoor, UvcWebcam
+from tests.waiting import until
 
 SERIAL_NUMBER = "001653010203"
 GET_BATTERY = GetBatteryLevel().encode()
@@ -156,7 +158,6 @@ def test_a_read_can_be_withdrawn_until_it_is_answered(host, device):
 
 @pytest.mark.parametrize(("address", "endpoint", "to_host"), [(0x82, IN, True), (0x01, OUT, False)])
 def test_a_halted_endpoint_fails_until_the_host_clears_it(host, device, address, endpoint, to_host):
-    host.writes = (1, 4)
     device.halted.add(address)
     transfer = {"endpoint": endpoint, "to_host": to_host, "length": 0 if not to_host else 64}
     assert host.say(submit(1, **transfer)) == [(1, -errno.EPIPE, b"")]
@@ -342,8 +343,7 @@ def test_the_camera_streams_to_one_computer_until_it_is_unplugged():
             line.sendall(IMPORT + submit(1, endpoint=1, to_host=True, length=16_384))
             stream = line.makefile("rb")
             stream.read(320)
-            while not door.watched:
-                pass
+            until(lambda: door.watched)
             with socket.create_connection(("127.0.0.1", door.port), timeout=10) as other:
                 other.sendall(IMPORT)
                 assert struct.unpack(">HHI", other.makefile("rb").read())[2] == 2
@@ -405,14 +405,13 @@ def test_a_computer_that_asks_without_reading_is_disconnected():
             line.sendall(IMPORT)
             with pytest.raises(ConnectionError):
                 ask(line)
-        while door.watched:
-            pass
+        until(lambda: not door.watched)
 
 
 def test_a_port_in_use_is_refused_with_advice():
     with (
         contextlib.closing(UvcDoor((320, 240), 15.0)) as door,
-        pytest.raises(Exception, match="Take another port") as caught,
+        pytest.raises(ConfigError, match="Take another port") as caught,
     ):
         UvcDoor((320, 240), 15.0, door.port)
     assert str(door.port) in str(caught.value)

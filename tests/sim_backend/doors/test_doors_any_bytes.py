@@ -64,10 +64,10 @@ def _settle(house, line):
 @example(pieces=[b"\x98" * 300, b"\x99"])
 def test_after_any_bytes_the_same_program_and_the_next_are_answered(house, kind, pieces):
     door = next((door for door in house.doors), None) or house.add(kind)
+    request = GET_BATTERY if kind == "nxt-server" else frame(GET_BATTERY)
     with house.connect(door) as line:
         _say(house, line, pieces)
         _settle(house, line)
-        request = GET_BATTERY if kind == "nxt-server" else frame(GET_BATTERY)
         if b"\x99" not in b"".join(pieces):
             line.sendall(request)
             assert ANSWER in house.receive(line, 3)

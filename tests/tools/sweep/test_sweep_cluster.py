@@ -7,8 +7,6 @@ import os
 import socket
 import subprocess
 import sys
-import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -20,6 +18,7 @@ from nxtdrive.tools.sweep.cluster import Cluster
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import plan, sweep
 from nxtdrive.tools.sweep.task import evaluate
+from tests.waiting import until
 
 pytestmark = [
     pytest.mark.slow,
@@ -46,7 +45,7 @@ class DaskCluster:
         file = folder / "scheduler.json"
         ports = ("--port", "0", "--dashboard-address", "127.0.0.1:0")
         self.scheduler = self._start(environment, "scheduler", *ports, "--scheduler-file", str(file))
-        self.address = json.loads(_eventually(lambda: file.exists() and file.read_text()))["address"]
+        self.address = json.loads(until(lambda: file.exists() and file.read_text()))["address"]
         self.workers = []
 
     def add_workers(self, number, *words, **environment):
@@ -60,7 +59,7 @@ class DaskCluster:
         while self.workers:
             self.workers.pop().kill()
         with self.look() as client:
-            _eventually(lambda: not client.nthreads())
+            until(lambda: not client.nthreads())
 
     def join(self, number, workers_timeout_s=STARTS_S):
         """The cluster as a sweep sees it, once it has this many workers."""
@@ -88,14 +87,6 @@ class DaskCluster:
         self.stack.callback(process.wait)
         self.stack.callback(process.kill)
         return process
-
-
-def _eventually(condition):
-    deadline_s = time.monotonic() + STARTS_S
-    while not (found := condition()):
-        assert time.monotonic() < deadline_s
-        threading.Event().wait(0.02)
-    return found
 
 
 def _older(folder):
@@ -195,7 +186,7 @@ def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
     with dask.join(1) as cluster, dask.look() as client:
         with pytest.raises(KeyboardInterrupt):
             sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=interrupt)
-        assert _eventually(lambda: not any(client.processing().values()))
+        assert until(lambda: not any(client.processing().values()))
     assert len(read_results(tmp_path / "x")) == 1
 
 
@@ -223,7 +214,7 @@ def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp
         dask.wait_for(2)
         worker.kill()
         with dask.look() as client:
-            _eventually(lambda: len(client.nthreads()) == 1)
+            until(lambda: len(client.nthreads()) == 1)
         with pytest.raises(ConfigError, match=r"not every worker .* has 0\.0\.9\. Install the same there"):
             sweep(TASKS[:1], tmp_path / "x", cluster.workers)
     assert read_results(tmp_path / "x") == []

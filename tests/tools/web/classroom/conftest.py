@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,16 +12,6 @@ from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.classroom.classroom import Classroom
 from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
 from nxtdrive.transports.address import Address
-
-PATIENCE_S = 30.0
-
-
-def until(happens: Callable[[], object]) -> None:
-    """Wait until something happens."""
-    latest_s = time.monotonic() + PATIENCE_S
-    while not happens():
-        assert time.monotonic() < latest_s
-        threading.Event().wait(0.005)
 
 
 def simulated(name: str, pace: str = "realtime") -> RobotEntry:

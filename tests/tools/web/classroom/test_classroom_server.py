@@ -26,8 +26,9 @@ from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
 from nxtdrive.tools.web.classroom.messages import ClassroomMessage, read_message, schema
 from nxtdrive.tools.web.classroom.station import Station
 from nxtdrive.transports.address import Address
+from tests.waiting import until
 
-from .conftest import simulated, until
+from .conftest import simulated
 
 ROOT = Path(__file__).parents[4]
 HOST = {"host": "127.0.0.1:7080"}

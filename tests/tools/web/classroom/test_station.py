@@ -14,8 +14,7 @@ from nxtdrive.tools.web.classroom.station import Station
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport, shared
-
-from .conftest import until
+from tests.waiting import until
 
 SIMULATED = Address("sim", "open", {"pace": "realtime"})
 
