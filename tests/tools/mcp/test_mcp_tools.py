@@ -6,7 +6,7 @@ import json
 import threading
 from base64 import b64decode
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -38,11 +38,9 @@ Call = Callable[..., Awaitable[Any]]
 def _robot(folder: Path, address: str, camera: str | None = None, mission: Path | None = None) -> Iterator[Assistant]:
     status_hub = MissionStatusHub()
     robot = Robot(Address.parse(address), camera, read_mission_file(mission), status_hub, folder / "runs")
-    robot.open()
-    try:
+    with closing(robot):
+        robot.open()
         yield Assistant(robot, status_hub, Missions(folder), folder / "runs", max_mm=1000.0)
-    finally:
-        robot.close()
 
 
 @pytest.fixture

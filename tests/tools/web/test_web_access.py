@@ -5,20 +5,13 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.access import ATTEMPTS, WAIT_S, Pin, own_names
-from nxtdrive.tools.web.app import Server
-from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.missions import Missions
-from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import server_of
 
 LAN = "http://192.168.0.7:7080"
 WS = "ws://192.168.0.7:7080/ws"
@@ -31,12 +24,6 @@ class Clock:
 
     def __call__(self) -> float:
         return self.now_s
-
-
-def _server(folder: Path, pin: Pin | None) -> Server:
-    hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, folder / "runs")
-    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
 
 
 @pytest.fixture
@@ -52,7 +39,7 @@ def pin(clock) -> Pin:
 @pytest.fixture
 def client(tmp_path, pin) -> TestClient:
     """A browser on another computer, which reaches the server at 192.168.0.7."""
-    return TestClient(_server(tmp_path, pin).app(), base_url=LAN, follow_redirects=False)
+    return TestClient(server_of(tmp_path, pin=pin).app(), base_url=LAN, follow_redirects=False)
 
 
 def _wrong(pin: Pin) -> str:
@@ -81,7 +68,7 @@ def test_the_pin_opens_a_session_for_one_browser(client, pin, tmp_path):
     with client.websocket_connect(WS) as page:
         assert page.receive_json()["type"] == "hello"
     cookies = dict(client.cookies)
-    again = TestClient(_server(tmp_path, Pin()).app(), base_url=LAN, cookies=cookies, follow_redirects=False)
+    again = TestClient(server_of(tmp_path, pin=Pin()).app(), base_url=LAN, cookies=cookies, follow_redirects=False)
     assert again.get("/").status_code == 303, "a session ends with the program"
 
 
@@ -94,7 +81,7 @@ def test_two_servers_of_one_computer_have_cookies_of_their_own(tmp_path):
     names = set()
     for port in (7080, 7081):
         pin = Pin()
-        client = TestClient(_server(tmp_path, pin).app(), base_url=f"http://192.168.0.7:{port}")
+        client = TestClient(server_of(tmp_path, pin=pin).app(), base_url=f"http://192.168.0.7:{port}")
         names.add(client.post("/api/session", content=pin.digits).headers["set-cookie"].split("=")[0])
     assert len(names) == 2
 
@@ -153,7 +140,7 @@ def test_host_must_be_this_computer_and_origin_the_host(client, pin, headers, st
 
 
 def test_without_lan_there_is_no_pin_and_only_loopback(tmp_path):
-    app = _server(tmp_path, None).app()
+    app = server_of(tmp_path).app()
     assert TestClient(app, base_url="http://127.0.0.1:7080").get("/api/session").status_code == 204
     assert TestClient(app, base_url=LAN).get("/").status_code == 403
 

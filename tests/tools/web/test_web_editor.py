@@ -7,24 +7,15 @@ import sys
 import pytest
 from starlette.testclient import TestClient
 
-from nxtdrive.mission.files import read_mission_file
-from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.editor import MAX_BYTES
-from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.missions import Missions
-from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import client_of, server_of
 
 GOOD = '[mission]\nname = "é"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
 
 
 @pytest.fixture
 def client(tmp_path) -> TestClient:
-    hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, tmp_path / "runs")
-    server = Server(robot, hub, Missions(tmp_path), Runs(tmp_path / "runs"), "sim://open")
-    return TestClient(server.app(), base_url="http://127.0.0.1:7080")
+    return client_of(server_of(tmp_path))
 
 
 def _files(folder) -> list[str]:

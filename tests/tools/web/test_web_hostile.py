@@ -15,43 +15,29 @@ from pathlib import Path
 import pytest
 from starlette.applications import Starlette
 from starlette.routing import WebSocketRoute
-from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.sync.client import connect
 
 from behaviors.mission import Mission
-from nxtdrive.mission.files import read_mission_file
 from nxtdrive.signals import signals_as_interrupt
 from nxtdrive.tools.web import connections, hub
 from nxtdrive.tools.web.access import Pin
-from nxtdrive.tools.web.app import Server, http_server, run_until_signal, serving
+from nxtdrive.tools.web.app import http_server, run_until_signal, serving
 from nxtdrive.tools.web.hub import BACKLOG, BEHIND, FRAME, Client, Hub
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.photographs import NewTarget, text_for
-from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import HANDSHAKE, client_of, refusal, server_of, told
 
 LONG = "x" * 300
 """No file can have this name."""
-HANDSHAKE = (
-    "GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
-
-
-def _server(folder: Path, pin: Pin | None = None) -> Server:
-    messages = Hub()
-    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), messages, folder / "runs")
-    return Server(robot, messages, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
 
 
 @pytest.fixture
 def client(tmp_path) -> TestClient:
-    """Raises what the server's own code raises."""
-    return TestClient(_server(tmp_path).app(), base_url="http://127.0.0.1:7080")
+    return client_of(server_of(tmp_path))
 
 
 @pytest.mark.parametrize("origin", ["http://[::1", "http://[x]", "http://[]:1", "//", "\xff"])
@@ -66,7 +52,7 @@ def test_a_run_no_folder_can_be_called_is_not_there(client, tmp_path, path):
 
 
 def test_a_message_of_bytes_is_refused_and_the_page_stays(client):
-    with client.websocket_connect("ws://127.0.0.1:7080/ws") as page:
+    with client.websocket_connect("/ws") as page:
         page.receive_json()
         page.send_bytes(b'{"type": "stop"}')
         assert page.receive_json() == {"type": "refused", "text": "Send messages as text, not as bytes."}
@@ -92,7 +78,7 @@ def test_a_client_that_leaves_in_the_middle_of_a_request_is_not_a_failure(tmp_pa
     async def send(_message):
         pass
 
-    app = _server(tmp_path, pin).app()
+    app = server_of(tmp_path, pin=pin).app()
     asyncio.run(app(scope | {"server": ("192.168.0.7", 7080), "client": ("192.168.0.8", 1)}, receive, send))
     assert os.listdir(tmp_path) == []
 
@@ -102,7 +88,7 @@ NO_UTF8 = UnicodeDecodeError("utf-8", b"\xff", 0, 1, "")
 
 @pytest.mark.parametrize(("fault", "kept"), [(NO_UTF8, False), (KeyError(), True)])
 def test_text_that_is_not_utf8_is_logged_without_a_traceback(tmp_path, fault, kept):
-    http_server(_server(tmp_path).app())
+    http_server(server_of(tmp_path).app())
     log = logging.getLogger("uvicorn.error")
     record = log.makeRecord(log.name, logging.ERROR, "", 0, "Invalid UTF-8", (), (type(fault), fault, None))
     assert log.filter(record)
@@ -111,7 +97,7 @@ def test_text_that_is_not_utf8_is_logged_without_a_traceback(tmp_path, fault, ke
 
 @pytest.mark.parametrize("transport", [True, False], ids=["a client that vanished", "anything else"])
 def test_writes_to_a_client_that_vanished_are_not_logged(tmp_path, caplog, transport):
-    http_server(_server(tmp_path).app())
+    http_server(server_of(tmp_path).app())
 
     async def write():
         ours, theirs = socket.socketpair()
@@ -130,7 +116,7 @@ def test_writes_to_a_client_that_vanished_are_not_logged(tmp_path, caplog, trans
 
 @pytest.mark.parametrize("answered_first", [False, True])
 def test_a_request_whose_body_breaks_the_protocol_is_not_a_failure(tmp_path, capsys, caplog, answered_first):
-    with socket.create_server(("127.0.0.1", 0)) as listener, serving(_server(tmp_path), listener):
+    with socket.create_server(("127.0.0.1", 0)) as listener, serving(server_of(tmp_path), listener):
         head = b"GET / HTTP/1.1\r\nHost: another.site\r\nTransfer-Encoding: chunked\r\n\r\n"
         with closing(socket.create_connection(listener.getsockname())) as client:
             if answered_first:
@@ -184,7 +170,7 @@ def _stalled_page(port: int) -> socket.socket:
 def test_a_page_that_does_not_read_loses_its_place_and_the_control(tmp_path, monkeypatch, picture_bytes):
     monkeypatch.setattr(connections, "PING_S", 0.2)
     monkeypatch.setattr(connections, "PONG_S", 0.2)
-    server = _server(tmp_path)
+    server = server_of(tmp_path)
     gone = threading.Event()
     server.hub.leave = lambda client: (Hub.leave(server.hub, client), gone.set())
     server.hub.show_image(FRAME, 1, 0.0, bytes(picture_bytes))
@@ -193,16 +179,15 @@ def test_a_page_that_does_not_read_loses_its_place_and_the_control(tmp_path, mon
         with closing(_stalled_page(port)):
             assert gone.wait(10)
             assert server.hub.clients == []
-            with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as other:
+            with client_of(server).websocket_connect("/ws") as other:
                 other.send_json({"type": "take_control"})
-                while '"driver": "page 2"' not in other.receive().get("text", ""):
-                    pass
+                told(other, "control", driver="page 2")
 
 
 def test_a_page_that_falls_too_far_behind_is_closed_and_may_come_again(tmp_path, monkeypatch):
-    server = _server(tmp_path)
+    server = server_of(tmp_path)
     monkeypatch.setattr(hub, "BEHIND", -BACKLOG)  # one event is too many
-    with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as page:
+    with client_of(server).websocket_connect("/ws") as page:
         assert page.receive_json()["type"] == "hello"
         server.hub.publish("line", {"text": ""})
         while (message := page.receive())["type"] != "websocket.close":
@@ -212,16 +197,16 @@ def test_a_page_that_falls_too_far_behind_is_closed_and_may_come_again(tmp_path,
 
 @pytest.mark.parametrize("leaves_at", ["websocket.send", "websocket.close"])
 def test_a_page_that_leaves_while_it_is_greeted_or_closed_is_not_a_failure(tmp_path, monkeypatch, leaves_at):
-    server = _server(tmp_path)
+    server = server_of(tmp_path)
     server.hub.publish("line", {"text": ""})
     monkeypatch.setattr(hub, "BEHIND", -BACKLOG)  # so that it is closed as soon as it is greeted
     sent = []
 
     async def converse() -> None:
-        told = iter([{"type": "websocket.connect"}])
+        said = iter([{"type": "websocket.connect"}])
 
         async def receive():
-            return next(told, None) or await asyncio.Event().wait()
+            return next(said, None) or await asyncio.Event().wait()
 
         async def send(message):
             sent.append(message["type"])
@@ -286,7 +271,7 @@ def test_silent_connections_take_no_place_from_a_page(tmp_path, monkeypatch):
     monkeypatch.setattr(connections, "MAX_CONNECTIONS", 3)
     with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as stack:
         host, port = listener.getsockname()
-        stack.enter_context(serving(_server(tmp_path), listener))
+        stack.enter_context(serving(server_of(tmp_path), listener))
         silent = [stack.enter_context(socket.create_connection((host, port))) for _ in range(9)]
         with closing(HTTPConnection(host, port, timeout=5)) as page:
             page.request("GET", "/api/missions")
@@ -311,14 +296,14 @@ def test_a_signal_ends_the_server_in_good_order_while_a_page_is_open(tmp_path, n
     with socket.create_server(("127.0.0.1", 0)) as listener, signals_as_interrupt(), suppress(KeyboardInterrupt):
         visitor = threading.Thread(target=visit, args=(listener.getsockname()[1],))
         visitor.start()
-        run_until_signal(http_server(_server(tmp_path).app()), listener)
+        run_until_signal(http_server(server_of(tmp_path).app()), listener)
     visitor.join()
     assert left == [CloseCode.SERVICE_RESTART]
     assert capsys.readouterr().err == ""
 
 
 def test_a_ctrl_c_while_the_server_begins_ends_it(tmp_path, monkeypatch, capsys):
-    http = http_server(_server(tmp_path).app())
+    http = http_server(server_of(tmp_path).app())
     run = http.run
 
     def interrupted(**options: object) -> None:
@@ -333,7 +318,7 @@ def test_a_ctrl_c_while_the_server_begins_ends_it(tmp_path, monkeypatch, capsys)
 
 def test_a_robot_can_be_closed_before_it_is_opened(tmp_path):
     """As a signal does that comes in between."""
-    _server(tmp_path).robot.close()
+    server_of(tmp_path).robot.close()
 
 
 class OnASlowDisk(Missions):
@@ -351,23 +336,17 @@ class OnASlowDisk(Missions):
 
 @pytest.mark.parametrize("ending", ["stop", "stop_mission"])
 def test_a_stop_does_not_wait_for_a_mission_that_is_being_read(tmp_path, ending):
-    server = _server(tmp_path)
+    server = server_of(tmp_path)
     server.missions = disk = OnASlowDisk(tmp_path)
-    with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as page:
+    with client_of(server).websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
         assert disk.reading.wait(5)
         page.send_json({"type": ending})
         page.send_json({"type": "start_mission"})
-        assert "still being read" in _refusal(page), "so the ending has been obeyed"
+        assert "still being read" in refusal(page), "so the ending has been obeyed"
         disk.arrived.set()
-        assert "ended before it began" in _refusal(page)
+        assert "ended before it began" in refusal(page)
     assert not server.robot.busy
-
-
-def _refusal(page: WebSocketTestSession) -> str:
-    while (told := page.receive_json())["type"] != "refused":
-        pass
-    return str(told["text"])
 
 
 def _is_closed(connection: socket.socket) -> bool:

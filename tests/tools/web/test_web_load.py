@@ -6,31 +6,23 @@ import socket
 import struct
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from starlette.testclient import TestClient
 
-from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server, serve
 from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import HANDSHAKE, client_of, server_of
 
 pytestmark = pytest.mark.slow
 
 MISSION = '[mission]\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
 STEPS = 300
 CLIENTS = 200
-HANDSHAKE = (
-    "GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
 TEXT_FRAME = 0x81
 RESET = struct.pack("ii", 1, 0)
 """SO_LINGER on, 0 seconds: closing tears the connection."""
@@ -39,9 +31,8 @@ RESET = struct.pack("ii", 1, 0)
 class Witness(Hub):
     """A hub that keeps the robot's time of each step of its loop, and knows when a mission has ended."""
 
-    def __init__(self, crowd: int = 0) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.crowd = crowd
         self.robot: Robot
         self.steps: list[float] = []
         self.stepped, self.ended = threading.Event(), threading.Event()
@@ -49,7 +40,7 @@ class Witness(Hub):
 
     def show(self, kind: str, values: Any) -> None:
         if kind == "state":
-            self.steps.append(self.robot._now())
+            self.steps.append(self.robot.time_s)
             if len(self.steps) == 1:
                 self._crowded.wait()  # so that all steps but the first have the crowd
             if len(self.steps) >= STEPS:
@@ -66,15 +57,16 @@ class Witness(Hub):
             self.ended.set()
 
 
-def _server(folder: Path, hub: Witness, address: str) -> Server:
-    hub.robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
-    return Server(hub.robot, hub, Missions(folder), Runs(folder / "runs"), address)
+def _server(folder: Path, hub: Witness) -> Server:
+    server = server_of(folder, "sim://open?pace=fast", hub=hub)
+    hub.robot = server.robot
+    return server
 
 
 @contextmanager
 def _serving(folder: Path, hub: Witness) -> Iterator[int]:
     """Serve over real sockets; yields the port."""
-    server = _server(folder, hub, "sim://open?pace=fast")
+    server = _server(folder, hub)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         ready = threading.Event()
         thread = threading.Thread(target=serve, args=(server, hub.robot, listener, ready.set))
@@ -125,19 +117,17 @@ def test_watchers_do_not_change_a_mission(tmp_path):
         hub, folder = Witness(), tmp_path / str(watchers)
         folder.mkdir()
         (folder / "quick.toml").write_text(MISSION, encoding="utf-8")
-        server = _server(folder, hub, "sim://open?pace=fast")
-        client = TestClient(server.app(), base_url="http://127.0.0.1:7080")
+        server = _server(folder, hub)
+        client = client_of(server)
         server.robot.start_mission(server.missions.load("quick.toml"), confirm=False)
         with ExitStack() as pages:
             for _ in range(watchers):
-                page = pages.enter_context(client.websocket_connect("/ws", headers={"host": "127.0.0.1"}))
+                page = pages.enter_context(client.websocket_connect("/ws"))
                 assert page.receive_json()["type"] == "hello"
             hub.go()
-            server.robot.open()
-            try:
+            with closing(server.robot):
+                server.robot.open()
                 assert hub.ended.wait(120)
-            finally:
-                server.robot.close()
         (journal,) = (folder / "runs").glob("*/journal.jsonl")
         journals.append(journal.read_bytes())
     assert journals[0] == journals[1]

@@ -6,7 +6,7 @@ import math
 import queue
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,11 @@ from nxtdrive.tools.web.mission_run import ShownMission
 from nxtdrive.tools.web.motions import ShortMotion
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
-from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.vision.camera import Frame
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
+from tests.tools.web.pages import robot_of
 
 LIMIT_S = 30.0
 
@@ -46,20 +46,23 @@ class Witness(Hub):
         super().show(kind, values)
 
 
+def hold_stick(robot, ahead, turn):
+    """Let a person hold the stick for ever."""
+    robot.controls.steer(0.0, 0.0, math.inf)
+    robot.controls.steer(ahead, turn, math.inf)
+
+
 @pytest.fixture
 def turning(tmp_path) -> Iterator[Robot]:
     """A robot that turns on the spot at full speed, since a person holds the stick."""
     hub = Witness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), hub, tmp_path)
+    robot = robot_of(tmp_path, hub)
     robot.controls.percent = 100
-    robot.controls.steer(0.0, 0.0, math.inf)
-    robot.controls.steer(0.0, 1.0, math.inf)  # never old
-    robot.open()
-    try:
+    hold_stick(robot, 0.0, 1.0)
+    with closing(robot):
+        robot.open()
         assert hub.driving.wait(LIMIT_S)
         yield robot
-    finally:
-        robot.close()
 
 
 def test_a_reading_does_not_end_driving_by_hand(turning):
@@ -87,8 +90,7 @@ def test_the_robot_stands_when_something_else_begins_to_drive(turning):
 
 def test_a_stick_held_while_a_task_drives_does_not_drive_at_its_end(turning):
     def begin(rover):
-        turning.controls.steer(0.0, 0.0, math.inf)
-        turning.controls.steer(0.0, 1.0, math.inf)
+        hold_stick(turning, 0.0, 1.0)
         return rover.turn(1.0, wait=False)
 
     for task in (ShortMotion(begin), ShortMotion()):
@@ -117,9 +119,9 @@ class RoomWitness(Hub):
 
 def test_the_true_room_stays_in_the_frame_of_the_pose_after_a_short_motion(tmp_path):
     hub = RoomWitness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path)
-    robot.open()
-    try:
+    robot = robot_of(tmp_path, hub, camera=GEOMETRIC)
+    with closing(robot):
+        robot.open()
         motion = ShortMotion(lambda rover: rover.straight(300, wait=False))
         robot.start(motion)
         assert motion.wait(LIMIT_S)
@@ -129,21 +131,17 @@ def test_the_true_room_stays_in_the_frame_of_the_pose_after_a_short_motion(tmp_p
             believed, true = hub.poses.get(timeout=LIMIT_S)
         assert believed == pytest.approx([300, 0, 0], abs=10)
         assert true == pytest.approx(believed, abs=30)
-    finally:
-        robot.close()
 
 
 def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp_path):
     hub = RoomWitness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path)
+    robot = robot_of(tmp_path, hub, camera=GEOMETRIC)
     motion = ShortMotion(lambda rover: rover.straight(100, wait=False))
     robot.start(motion)
-    robot.open()
-    try:
+    with closing(robot):
+        robot.open()
         assert motion.wait(LIMIT_S)
         assert robot.failure is None
-    finally:
-        robot.close()
 
 
 @pytest.mark.slow
@@ -158,31 +156,26 @@ def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
             if kind == "robot":
                 places.put(values["sonar_forward_mm"])
 
-    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, built, Places(), tmp_path)
-    robot.open()
-    try:
+    robot = robot_of(tmp_path, Places(), camera=GEOMETRIC, mission=built)
+    with closing(robot):
+        robot.open()
         assert places.get(timeout=LIMIT_S) == 160.0
         robot.start_mission(built_in, confirm=False)
         assert places.get(timeout=LIMIT_S) == 100.0
         robot.end_task()
         assert places.get(timeout=LIMIT_S) == 160.0
-    finally:
-        robot.close()
 
 
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
     built_in = read_mission_file(None)
     mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})
     hub = Witness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), None, mission, hub, tmp_path)
-    robot.controls.steer(0.0, 0.0, math.inf)
-    robot.controls.steer(1.0, 0.0, math.inf)
-    robot.open()
-    try:
+    robot = robot_of(tmp_path, hub, mission=mission)
+    hold_stick(robot, 1.0, 0.0)
+    with closing(robot):
+        robot.open()
         assert hub.driving.wait(LIMIT_S)
         assert robot.state["lacking"] == ["bumper"]
-    finally:
-        robot.close()
 
 
 def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
@@ -194,15 +187,13 @@ def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Pilot, "step", step)
     monkeypatch.setattr(robot_module, "RETRY_S", 60.0)
-    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), Hub(), tmp_path)
-    robot.open()
-    try:
+    robot = robot_of(tmp_path, Hub())
+    with closing(robot):
+        robot.open()
         assert tries.acquire(timeout=LIMIT_S)
         robot.stop_hand_drive()
         assert tries.acquire(timeout=LIMIT_S)
         assert not tries.acquire(timeout=0.2)  # it would be tried thousands of times
-    finally:
-        robot.close()
 
 
 @contextmanager
@@ -210,14 +201,11 @@ def unplugged_while_turning(hub, runs):
     """A robot that turns by hand, and whose cable is pulled out after 2 s."""
     faults = LinkFaults(unplugged_ms=((2000, 10**9),))
     with shared("unplugged", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
-        robot = Robot(Address.parse(address), None, read_mission_file(None), hub, runs)
-        robot.controls.steer(0.0, 0.0, math.inf)
-        robot.controls.steer(0.0, 1.0, math.inf)  # never old
-        robot.open()
-        try:
+        robot = robot_of(runs, hub, address)
+        hold_stick(robot, 0.0, 1.0)
+        with closing(robot):
+            robot.open()
             yield robot
-        finally:
-            robot.close()
 
 
 def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_back(tmp_path):
@@ -276,24 +264,22 @@ class PauseWitness(Hub):
 def test_the_pause_of_a_mission_that_cannot_begin_is_over_with_it(tmp_path):
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
     hub = PauseWitness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), hub, tmp_path / "runs")
+    robot = robot_of(tmp_path / "runs", hub)
     robot.start_mission(read_mission_file(None), confirm=False)
     robot.mission.pause()
     assert hub.paused
-    robot.open()
-    try:
+    with closing(robot):
+        robot.open()
         assert hub.failed.wait(LIMIT_S)
         assert not hub.paused
-    finally:
-        robot.close()
 
 
 def test_a_mission_that_cannot_begin_does_not_move_the_frame_of_the_pose(tmp_path):
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
     hub = PauseWitness()
-    robot = Robot(Address.parse("sim://empty?pace=fast"), GEOMETRIC, read_mission_file(None), hub, tmp_path / "runs")
-    robot.open()
-    try:
+    robot = robot_of(tmp_path / "runs", hub, camera=GEOMETRIC)
+    with closing(robot):
+        robot.open()
         ahead, reading = ShortMotion(lambda rover: rover.straight(300, wait=False)), ShortMotion()
         robot.start(ahead)
         assert ahead.wait(LIMIT_S)
@@ -302,8 +288,6 @@ def test_a_mission_that_cannot_begin_does_not_move_the_frame_of_the_pose(tmp_pat
         robot.start(reading)
         assert reading.wait(LIMIT_S)
         assert reading.reading.pose.x_mm == pytest.approx(300, abs=10)
-    finally:
-        robot.close()
 
 
 @pytest.mark.parametrize("end", [ShownMission.end, ShownMission.finish])

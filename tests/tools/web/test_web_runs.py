@@ -6,19 +6,14 @@ import json
 import os
 
 import pytest
-from starlette.testclient import TestClient
 
 from behaviors.journal import Record, RecordKind
 from behaviors.profiles import registry
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.tools.web import app
-from nxtdrive.tools.web.app import Server
-from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.missions import Missions
-from nxtdrive.tools.web.robot import Robot
 from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import client_of, server_of
 
 JOURNAL = [
     Record(0.0, RecordKind.START, "idle", "lena", {"format": 2, "mission": "<b>a mission</b>", "targets": ["lena"]}),
@@ -52,9 +47,7 @@ def _run(folder, name, summary=None, *, pictures=False):
 
 
 def _client(folder):
-    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), Hub(), folder)
-    server = Server(robot, Hub(), Missions(folder), Runs(folder), "sim://open")
-    return TestClient(server.app(), base_url="http://127.0.0.1:7080")
+    return client_of(server_of(folder.parent))
 
 
 def test_the_list_has_result_length_and_targets(folder):

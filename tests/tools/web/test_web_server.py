@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from itertools import chain, repeat
 from pathlib import Path
-from typing import Any
 
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
@@ -20,27 +18,14 @@ from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
-from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.mission_run import ShownMission, doing
-from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from tests.tools.web.pages import client_of, next_message, refusal, server_of, told
 
-HOST = {"host": "127.0.0.1:7080"}
+REALTIME = "sim://open?pace=realtime"
 QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
-
-
-def _server(folder: Path, address: str = "sim://open?pace=realtime", camera: str | None = None) -> Server:
-    hub = Hub()
-    robot = Robot(Address.parse(address), camera, read_mission_file(None), hub, folder / "runs")
-    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
-
-
-def _client(server: Server) -> TestClient:
-    return TestClient(server.app(), headers=HOST)
 
 
 def _quick(folder: Path) -> Path:
@@ -54,27 +39,15 @@ def _journal(folder: Path) -> RunFolder:
 
 
 @contextmanager
-def _running(
-    folder: Path, address: str = "sim://open?pace=realtime", camera: str | None = None
-) -> Iterator[TestClient]:
-    server = _server(folder, address, camera)
-    server.robot.open()
-    try:
-        yield _client(server)
-    finally:
-        server.robot.close()
-
-
-def _until(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Return the next JSON message that is wanted."""
-    while True:
-        text = page.receive().get("text")
-        if text and wanted(message := json.loads(text)):
-            return message
+def _running(folder: Path, address: str = REALTIME, camera: str | None = None) -> Iterator[TestClient]:
+    server = server_of(folder, address, camera)
+    with closing(server.robot):
+        server.robot.open()
+        yield client_of(server)
 
 
 def test_the_page_and_its_parts_are_served_and_need_nothing_from_elsewhere(tmp_path):
-    client = _client(_server(tmp_path))
+    client = client_of(server_of(tmp_path))
     page = client.get("/")
     assert page.status_code == 200
     assert "http" not in page.text.replace("http-equiv", "")
@@ -94,7 +67,7 @@ def test_the_page_and_its_parts_are_served_and_need_nothing_from_elsewhere(tmp_p
     ],
 )
 def test_other_web_sites_and_other_names_are_refused(tmp_path, headers):
-    client = _client(_server(tmp_path))
+    client = client_of(server_of(tmp_path))
     assert client.get("/", headers=headers).status_code == 403
     with pytest.raises(WebSocketDisconnect), client.websocket_connect("/ws", headers=headers):
         pass
@@ -102,20 +75,20 @@ def test_other_web_sites_and_other_names_are_refused(tmp_path, headers):
 
 @pytest.mark.parametrize("path", ["/", "/missions.html", "/api/missions", "/nothing"])
 def test_no_page_is_shown_in_a_frame_of_another_site(tmp_path, path):
-    policy = _client(_server(tmp_path)).get(path).headers["content-security-policy"]
+    policy = client_of(server_of(tmp_path)).get(path).headers["content-security-policy"]
     assert policy == "frame-ancestors 'none'"
 
 
 @pytest.mark.parametrize("path", ["/", "/app.js", "/api/runs"])
 def test_browsers_ask_again_for_what_another_version_may_have_changed(tmp_path, path):
-    assert _client(_server(tmp_path)).get(path).headers["cache-control"] == "no-cache"
+    assert client_of(server_of(tmp_path)).get(path).headers["cache-control"] == "no-cache"
 
 
 def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     (tmp_path / "cat.toml").write_text(QUICK, encoding="utf-8")
     (tmp_path / "room.toml").write_text("[world]\n", encoding="utf-8")
     (tmp_path / os.fsdecode(b"caf\xe9.toml")).write_text(QUICK, encoding="utf-8")  # a name that JSON cannot say
-    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+    with client_of(server_of(tmp_path)).websocket_connect("/ws") as page:
         hello = page.receive_json()
     assert hello["version"] == 1
     assert hello["missions"] == ["cat.toml"]
@@ -137,37 +110,35 @@ def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     ],
 )
 def test_what_cannot_be_done_is_refused_with_a_sentence(tmp_path, message, says):
-    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+    with client_of(server_of(tmp_path)).websocket_connect("/ws") as page:
         page.send_text(message)
-        assert says in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert says in refusal(page)
 
 
 def test_the_mistakes_of_a_mission_are_reported(tmp_path):
     (tmp_path / "bad.toml").write_text(QUICK.replace("lena.png", "nosuch.png"), encoding="utf-8")
-    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+    with client_of(server_of(tmp_path)).websocket_connect("/ws") as page:
         page.send_text('{"type": "start_mission", "mission": "bad.toml"}')
-        assert "nosuch.png" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "nosuch.png" in refusal(page)
 
 
 def test_a_sensor_that_does_not_answer_is_named_and_tried_again(tmp_path):
-    server = _server(tmp_path)
+    server = server_of(tmp_path, REALTIME)
     built = read_mission_file(None)
     wrong = built.model_copy(update={"robot": built.robot.model_copy(update={"ultrasonic": 3})})  # it is on 4
     server.robot.rebuild(wrong)
-    server.robot.open()
-    try:
-        with _client(server).websocket_connect("/ws") as page:
-            assert "cable" in _until(page, lambda each: each["type"] == "link" and each["lost"])["lost"]
+    with closing(server.robot):
+        server.robot.open()
+        with client_of(server).websocket_connect("/ws") as page:
+            assert "cable" in told(page, "link", lost=True)["lost"]
             server.robot.rebuild(built)
-            _until(page, lambda each: each["type"] == "state" and each["range_mm"] is not None)
+            told(page, "state", range_mm=True)
         assert server.robot.alive
-    finally:
-        server.robot.close()
 
 
 def test_there_is_a_limit_to_the_number_of_pages(tmp_path):
-    server = _server(tmp_path)
-    client = _client(server)
+    server = server_of(tmp_path)
+    client = client_of(server)
     pages = [client.websocket_connect("/ws") for _ in range(MAX_CLIENTS)]
     try:
         for page in pages:
@@ -188,46 +159,46 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
     ):
         for ahead in (0, 1):
             page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
-        assert _until(page, lambda each: each.get("doing") == "driving")
+        assert told(page, "state", doing="driving")
         other.send_json({"type": "drive", "ahead": -1, "turn": 0})
-        assert "(page 1) drives" in _until(other, lambda each: each["type"] == "refused")["text"]
+        assert "(page 1) drives" in refusal(other)
         # no further sign of the driver: the dead-man switch stops
-        stopped = _until(page, lambda each: each.get("doing") == "at rest")
+        stopped = told(page, "state", doing="at rest")
         assert 20 < stopped["pose"][0] < 400
 
 
 def test_a_driver_is_asked_to_begin_at_the_centre(tmp_path):
-    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+    with client_of(server_of(tmp_path)).websocket_connect("/ws") as page:
         page.send_json({"type": "drive", "ahead": 1, "turn": 0})
-        assert "sends zeros once" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "sends zeros once" in refusal(page)
 
 
 def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
-    server = _server(tmp_path)
-    with _client(server).websocket_connect("/ws") as page:
+    server = server_of(tmp_path)
+    with client_of(server).websocket_connect("/ws") as page:
         for ahead in (0, 1):
             page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         page.send_text("no message")
-        _until(page, lambda each: each["type"] == "refused")
+        refusal(page)
         assert server.robot.controls.wanted(0.0)[0] > 0
     assert server.robot.controls.wanted(0.0) == (0.0, 0.0)
 
 
 def test_a_driver_that_hands_over_stops_the_robot_and_a_pad_held_meanwhile_does_not_drive(tmp_path):
-    server = _server(tmp_path)
-    with _client(server) as client, client.websocket_connect("/ws") as page, client.websocket_connect("/ws") as other:
+    server = server_of(tmp_path)
+    with client_of(server) as client, client.websocket_connect("/ws") as page, client.websocket_connect("/ws") as other:
 
         def drive(which: WebSocketTestSession, ahead: float) -> float:
             which.send_json({"type": "drive", "ahead": ahead, "turn": 0})
             which.send_text("no message")
-            _until(which, lambda each: each["type"] == "refused" and "drives;" not in each["text"])
+            next_message(which, lambda each: "Invalid JSON" in each.get("text", ""))
             return server.robot.controls.wanted(0.0)[0]
 
         drive(page, 0)
         assert drive(page, 1) > 0
         assert drive(other, -1) > 0, "it only asks for control"
         page.send_json({"type": "give_control"})
-        _until(other, lambda each: each["type"] == "control" and each["driver"] == "page 2")
+        told(other, "control", driver="page 2")
         assert server.robot.controls.wanted(0.0) == (0.0, 0.0)
         assert drive(other, -1) == 0
         drive(other, 0)
@@ -244,22 +215,22 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
         for ahead in (0, 1):
             page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         other.send_json({"type": "stop"})
-        _until(page, lambda each: each.get("stopped") is True)
+        told(page, "state", stopped=True)
         for asked in ({"type": "drive", "ahead": 1, "turn": 0}, {"type": "start_mission"}):
             page.send_json(asked)
-            assert "stopped" in _until(page, lambda each: each["type"] == "refused")["text"]
+            assert "stopped" in refusal(page)
         other.send_json({"type": "release"})
-        _until(page, lambda each: each.get("stopped") is False)
+        told(page, "state", stopped=False)
 
 
 @pytest.mark.slow
 def test_who_drives_during_a_mission_gets_the_reason_why_the_robot_does_not_move(tmp_path):
     with _running(tmp_path) as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
-        _until(page, lambda each: each["type"] == "run")
+        told(page, "run")
         for ahead in (0, 1):
             page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
-        assert "A mission is running" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "A mission is running" in refusal(page)
 
 
 @pytest.mark.slow
@@ -267,9 +238,9 @@ def test_a_mission_started_on_the_page_publishes_its_records_and_leaves_a_run_fo
     _quick(tmp_path)
     with _running(tmp_path, "sim://open?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "mission": "quick.toml"})
-        assert _until(page, lambda each: each["type"] == "run")["name"] == "quick"
-        assert _until(page, lambda each: each["type"] == "record")["record"]["kind"] == "start"
-        ended = _until(page, lambda each: each["type"] == "ended")
+        assert told(page, "run")["name"] == "quick"
+        assert told(page, "record")["record"]["kind"] == "start"
+        ended = told(page, "ended")
     assert ended["achieved"]
     assert {"journal.jsonl", "summary.json", "map.png"} <= {
         path.name for path in (tmp_path / "runs" / ended["folder"]).iterdir()
@@ -279,18 +250,18 @@ def test_a_mission_started_on_the_page_publishes_its_records_and_leaves_a_run_fo
 @pytest.mark.slow
 def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
     with _running(tmp_path, "sim://?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
-        before = _until(page, lambda each: each["type"] == "state" and each["battery_mv"])
+        before = told(page, "state", battery_mv=True)
         page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
-        _until(page, lambda each: each["type"] == "question" and each["open"])
+        told(page, "question", open=True)
         with client.websocket_connect("/ws") as late:
-            _until(late, lambda each: each["type"] == "run")
-            status = _until(late, lambda each: each["type"] == "status")
+            told(late, "run")
+            status = told(late, "status")
         assert status.keys() == before.keys() - {"pose", "touching"}
         assert status["doing"] == "waiting for your choice: lena"
         assert [each["ending"] for each in client.get("/api/runs").json()] == ["running"]
         page.send_json({"type": "speed_limit", "percent": 40})
         page.send_json({"type": "answer", "question": 1, "choice": 0})
-        assert _until(page, lambda each: each["type"] == "status" and each["speed_limit"] == 40)
+        assert told(page, "status", speed_limit=40)
         page.send_json({"type": "stop_mission"})
 
 
@@ -306,35 +277,35 @@ def test_what_the_robot_does_is_reported_in_the_words_of_the_terminal():
 def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(by_program, tmp_path):
     with _running(tmp_path, "sim://?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
-        question = _until(page, lambda each: each["type"] == "question" and each["open"])
+        question = told(page, "question", open=True)
         assert len(question["candidates"]) > 1
         taken = 0
         page.send_json({"type": "answer", "question": question["number"], "choice": len(question["candidates"])})
-        assert "numbered from 0" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "numbered from 0" in refusal(page)
         if by_program:
             page.send_json({"type": "evidence"})
-            told = _until(page, lambda each: each["type"] == "open_decision")
-            assert (told["open"], told["question"]) == (True, question["number"])
-            assert [each["does"] for each in told["candidates"]] == [each["text"] for each in question["candidates"]]
-            page.send_json({"type": "choose", "number": len(told["candidates"])})
-            assert "numbered from 0" in _until(page, lambda each: each["type"] == "refused")["text"]
-            taken = len(told["candidates"]) - 1
+            said = told(page, "open_decision")
+            assert (said["open"], said["question"]) == (True, question["number"])
+            assert [each["does"] for each in said["candidates"]] == [each["text"] for each in question["candidates"]]
+            page.send_json({"type": "choose", "number": len(said["candidates"])})
+            assert "numbered from 0" in refusal(page)
+            taken = len(said["candidates"]) - 1
             page.send_json({"type": "choose", "number": taken})
         else:
             page.send_json({"type": "answer", "question": question["number"], "choice": 0})
-        choice = _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "choice")
+        choice = told(page, "record", kind="choice")
         assert choice["record"]["operator"] is True
-        assert not by_program or choice["record"]["choice"] == told["candidates"][taken]["choice"]
+        assert not by_program or choice["record"]["choice"] == said["candidates"][taken]["choice"]
         page.send_json({"type": "stop_mission"})
-        assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+        assert told(page, "ended")["ending"] == "interrupted"
 
 
 def test_without_a_mission_no_decision_is_open(tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "evidence"})
-        assert _until(page, lambda each: each["type"] == "open_decision")["open"] is False
+        assert told(page, "open_decision")["open"] is False
         page.send_json({"type": "choose", "number": 0})
-        assert "No mission" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "No mission" in refusal(page)
 
 
 @pytest.mark.parametrize(
@@ -345,28 +316,28 @@ def test_a_mission_may_end_while_a_message_about_its_decision_is_obeyed(tmp_path
         [ShownMission(read_mission_file(None), Hub(), confirm=True)], repeat(None)
     )  # ended at the second look
     monkeypatch.setattr(Robot, "mission", property(lambda _: next(looks)))
-    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+    with client_of(server_of(tmp_path)).websocket_connect("/ws") as page:
         page.send_json(message)
-        assert _until(page, lambda each: says in each)[says] in (False, "No decision is open.")
+        assert next_message(page, lambda each: says in each)[says] in (False, "No decision is open.")
 
 
 @pytest.mark.slow
 def test_a_mission_is_paused_resumed_and_ended_while_it_is_paused(tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "pause"})
-        assert "No mission" in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert "No mission" in refusal(page)
         page.send_json({"type": "start_mission"})
         for ends in ("resume", "stop_mission"):
-            _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "look")
+            told(page, "record", kind="look")
             page.send_json({"type": "pause"})
-            paused = _until(page, lambda each: each["type"] == "record" and each["record"].get("to") == "suspended")
+            paused = told(page, "record", to="suspended")
             assert paused["record"]["reason"] == "operator_pause"
             page.send_json({"type": ends})
-        assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
+        assert told(page, "ended")["ending"] == "interrupted"
 
 
 def test_runs_are_listed_and_replayed(tmp_path):
-    client = _client(_server(tmp_path))
+    client = client_of(server_of(tmp_path))
     assert client.get("/api/runs").json() == []
     with closing(_journal(tmp_path / "runs" / "quick-001")) as journal:
         run_mission(str(_quick(tmp_path)), nxt="sim://open", camera="geometric", observers=[journal])
@@ -392,7 +363,7 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
     folder.mkdir(parents=True)
     (folder / "journal.jsonl").write_text("nonsense\n", encoding="utf-8")
     (folder / "summary.json").write_text("[]", encoding="utf-8")
-    client = _client(_server(tmp_path))
+    client = client_of(server_of(tmp_path))
     assert [each["ending"] for each in client.get("/api/runs").json()] == ["unreadable"]
     answer = client.get("/api/runs/broken-001")
     assert answer.status_code == 422
@@ -402,15 +373,13 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("end", ["stop", "end_task"])
 def test_a_mission_that_has_not_begun_can_be_ended(tmp_path, end):
-    server = _server(tmp_path, "sim://open?pace=fast")
-    with _client(server).websocket_connect("/ws") as page:
+    server = server_of(tmp_path, "sim://open?pace=fast")
+    with client_of(server).websocket_connect("/ws") as page:
         server.robot.start_mission(read_mission_file(_quick(tmp_path)), confirm=False)
         getattr(server.robot, end)()
-        server.robot.open()
-        try:
-            assert _until(page, lambda each: each["type"] == "ended")["ending"] == "interrupted"
-        finally:
-            server.robot.close()
+        with closing(server.robot):
+            server.robot.open()
+            assert told(page, "ended")["ending"] == "interrupted"
 
 
 @pytest.mark.nightly
@@ -420,10 +389,10 @@ def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
     _quick(tmp_path)
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "mission": "quick.toml"})
-        (arrival,) = _until(page, lambda each: each["type"] == "ended")["arrivals"]
+        (arrival,) = told(page, "ended")["arrivals"]
         assert (arrival["target"], arrival["there"]) == ("lena", True)
         page.send_json({"type": "start_mission", "mission": "other.toml", "profile": "thesis"})
-        hint = _until(page, lambda each: "hint: " in each.get("text", "") or each["type"] == "ended")
+        hint = next_message(page, lambda each: "hint: " in each.get("text", "") or each["type"] == "ended")
         assert "It has lena." in hint["text"]
 
 
@@ -434,8 +403,8 @@ def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_continues(tmp_pa
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
         for _ in range(2):
             page.send_json({"type": "start_mission", "mission": "quick.toml"})
-            told = _until(page, lambda each: each["type"] in ("problem", "refused"))
-            assert "cannot keep the run" in told["text"]
+            said = next_message(page, lambda each: each["type"] in ("problem", "refused"))
+            assert "cannot keep the run" in said["text"]
 
 
 @pytest.mark.slow
@@ -454,19 +423,19 @@ def test_an_exception_in_your_own_profile_is_reported_and_the_page_continues(doe
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
         for _ in range(2):
             page.send_json({"type": "start_mission", "mission": "quick.toml"})
-            told = _until(page, lambda each: each["type"] in ("problem", "refused"))
-            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: {error}" in told["text"]
+            said = next_message(page, lambda each: each["type"] in ("problem", "refused"))
+            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: {error}" in said["text"]
 
 
 @pytest.mark.slow
 def test_a_paused_mission_that_is_ended_does_not_continue_first(tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
-        _until(page, lambda each: each["type"] == "record" and each["record"]["kind"] == "look")
+        told(page, "record", kind="look")
         page.send_json({"type": "pause"})
-        _until(page, lambda each: each["type"] == "line" and each["text"].endswith("paused"))
+        next_message(page, lambda each: each["type"] == "line" and each["text"].endswith("paused"))
         page.send_json({"type": "stop_mission"})
         seen: list[str] = []
-        ended = _until(page, lambda each: seen.append(each.get("text", "")) or each["type"] == "ended")
+        ended = next_message(page, lambda each: seen.append(each.get("text", "")) or each["type"] == "ended")
     assert ended["ending"] == "interrupted"
     assert not [text for text in seen if "resumed" in text]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import re
 import tempfile
@@ -26,12 +25,12 @@ from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
 from nxtdrive.tools.web.classroom.messages import ClassroomMessage, read_message, schema
 from nxtdrive.tools.web.classroom.station import Station
 from nxtdrive.transports.address import Address
+from tests.tools.web.pages import HOST, next_message, refusal
 from tests.waiting import until
 
 from .conftest import simulated
 
 ROOT = Path(__file__).parents[4]
-HOST = {"host": "127.0.0.1:7080"}
 QUICK = '[mission]\nname = "=quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
 
 
@@ -47,17 +46,9 @@ def _closed(folder: Path, *names: str, mission: str = "") -> Classroom:
     return Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), read_mission_file(None))
 
 
-def _until(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Return the next JSON message that is wanted."""
-    while True:
-        text = page.receive().get("text")
-        if text and wanted(message := json.loads(text)):
-            return message
-
-
 def _tiles(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
     """Return the tiles as soon as all of them are as wanted."""
-    message = _until(page, lambda each: each["type"] == "robots" and all(map(wanted, each["robots"])))
+    message = next_message(page, lambda each: each["type"] == "robots" and all(map(wanted, each["robots"])))
     return list(message["robots"])
 
 
@@ -134,7 +125,7 @@ def test_nothing_is_shown_without_the_pin(tmp_path):
 def test_what_cannot_be_done_is_refused_with_a_sentence(tmp_path, message, says):
     with _client(_closed(tmp_path, "Ada")).websocket_connect("/ws") as page:
         page.send_json(message)
-        assert says in _until(page, lambda each: each["type"] == "refused")["text"]
+        assert says in refusal(page)
 
 
 def test_anyone_stops_all_robots_also_those_that_are_not_open(tmp_path):
@@ -213,9 +204,9 @@ def test_one_page_drives_a_robot_and_another_page_another(running):
             for page in (one, other):
                 page.send_json({"type": "drive", "ahead": 0, "turn": 0})
                 # more than once: on a busy computer the dead-man switch may act before the page hears that it drives
-                while _until(page, lambda each: "doing" in each)["doing"] != "driving":
+                while next_message(page, lambda each: "doing" in each)["doing"] != "driving":
                     page.send_json({"type": "drive", "ahead": 1, "turn": 0})
-                assert _until(page, lambda each: each.get("doing") == "at rest")  # the dead-man switch
+                assert next_message(page, lambda each: each.get("doing") == "at rest")  # the dead-man switch
 
 
 def test_runs_whose_names_are_not_utf_8_are_collected(tmp_path):

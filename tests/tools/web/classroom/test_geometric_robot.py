@@ -12,12 +12,10 @@ from typing import Any
 import pytest
 
 from nxtdrive.mission.assembly import open_robot
-from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.hub import Client, Hub
 from nxtdrive.tools.web.pictures import PictureFeed
-from nxtdrive.tools.web.robot import Robot
-from nxtdrive.transports.address import Address
 from nxtdrive.vision.target_vision import CameraVision, GeometricVision
+from tests.tools.web.pages import robot_of
 
 
 @pytest.fixture
@@ -77,13 +75,10 @@ def _journal(folder: Path, mission: Any, watchers: list[Client]) -> bytes:
     hub = Ended()
     for watcher in watchers:
         hub.join(watcher)
-    robot = Robot(Address.parse("sim://open?pace=fast"), "geometric", read_mission_file(None), hub, folder)
-    robot.start_mission(mission, confirm=False)
-    robot.open()
-    try:
+    with closing(robot_of(folder, hub, "sim://open?pace=fast", "geometric")) as robot:
+        robot.start_mission(mission, confirm=False)
+        robot.open()
         assert hub.ended.wait(60)
-    finally:
-        robot.close()
     (journal,) = folder.glob("*/journal.jsonl")
     return journal.read_bytes()
 

@@ -132,6 +132,6 @@ def test_it_beeps_when_it_is_open(cable, station_for):
         station.beep()
     cable.plugged = True
     until(lambda: station.tile()["open"])
-    sound = cable.transport._simulation.brick.sound
+    sound = cable.transport.simulation.brick.sound
     station.beep()
     until(lambda: sound.tone)
