@@ -102,6 +102,14 @@ def _until(browser: WebDriver, element: str, text: str) -> None:
     WebDriverWait(browser, WAIT_S).until(lambda page: text in page.find_element(By.ID, element).text)
 
 
+@pytest.fixture
+def opened(browser, url) -> str:
+    """The address of the page of a robot, which the browser shows, at rest."""
+    browser.get(url)
+    _until(browser, "doing", "at rest")
+    return url
+
+
 def _colours(browser: WebDriver, canvas: str) -> int:
     script = """
     const canvas = document.getElementById(arguments[0]);
@@ -115,9 +123,7 @@ def _drawn(browser: WebDriver, canvas: str) -> str:
     return str(browser.execute_script("return document.getElementById(arguments[0]).toDataURL()", canvas))
 
 
-def test_drive_by_keys_and_pad_and_stop(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_drive_by_keys_and_pad_and_stop(browser, opened):
     ActionChains(browser).key_down(Keys.ARROW_UP).perform()
     _until(browser, "doing", "driving")
     ActionChains(browser).key_up(Keys.ARROW_UP).perform()
@@ -132,9 +138,7 @@ def test_drive_by_keys_and_pad_and_stop(browser, url):
     assert _colours(browser, "camera") > 100
 
 
-def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, opened):
     browser.execute_script(WIRETAP)
     for end in ENDS:
         pad = browser.find_element(By.ID, "pad")
@@ -146,9 +150,7 @@ def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, url)
         ActionChains(browser).release().perform()
 
 
-def test_the_map_moves_with_the_robot_and_shows_the_true_room(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_the_map_moves_with_the_robot_and_shows_the_true_room(browser, opened):
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "layer-truth-label").is_displayed())
     hidden = _drawn(browser, "map")
     browser.find_element(By.ID, "layer-truth").click()
@@ -218,9 +220,7 @@ def test_text_has_the_contrast_that_wcag_aa_requires(browser, url):
         assert browser.execute_script(CONTRASTS) == [], (page or "robot", scheme)
 
 
-def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(browser, opened):
     focused = {}
     for _ in range(40):
         ActionChains(browser).send_keys(Keys.TAB).perform()
@@ -258,25 +258,21 @@ def test_calibrate_and_save_the_robot_file(browser, tmp_path):
         assert (tmp_path / "robot.toml").exists()
 
 
-def test_pages_that_come_during_a_mission_show_that_it_runs(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_pages_that_come_during_a_mission_show_that_it_runs(browser, opened):
     browser.find_element(By.ID, "start").click()
     _until(browser, "doing", "search: lena")
     browser.refresh()
     _until(browser, "link", "ms")
     assert browser.find_element(By.ID, "bumper").text == "–"
-    browser.get(f"{url}calibrate.html")
+    browser.get(f"{opened}calibrate.html")
     _until(browser, "busy", "A mission is running")
     _until(browser, "doing", "search: lena")
     assert not browser.find_element(By.ID, "start").is_enabled()
-    browser.get(f"{url}runs.html")
+    browser.get(f"{opened}runs.html")
     _until(browser, "runs", "running for")
 
 
-def test_pause_and_resume_a_mission(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_pause_and_resume_a_mission(browser, opened):
     browser.find_element(By.ID, "start").click()
     _until(browser, "lines", "searching for lena")
     browser.find_element(By.ID, "pause").click()
@@ -309,9 +305,7 @@ def test_the_result_of_a_mission_is_in_view_when_it_ends(browser, url):
     assert browser.execute_script(list_below_its_view, browser.find_element(By.ID, "lines")) <= 1
 
 
-def test_why_something_is_refused_can_be_read(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_why_something_is_refused_can_be_read(browser, opened):
     browser.find_element(By.ID, "stop").click()
     _until(browser, "stop", "release")
     browser.find_element(By.ID, "start").click()
@@ -345,18 +339,14 @@ def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "saved").text == "saved")
 
 
-def test_a_screen_shows_what_matters_without_scrolling(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_a_screen_shows_what_matters_without_scrolling(browser, opened):
     script = "return document.getElementById(arguments[0]).getBoundingClientRect().bottom"
     for width, height, panel in (1920, 1080, "chart-panel"), (1280, 800, "decision-panel"):
         resize(browser, width, height)
         assert browser.execute_script(script, panel) <= height
 
 
-def test_nothing_protrudes_from_its_panel(browser, url):
-    browser.get(url)
-    _until(browser, "doing", "at rest")
+def test_nothing_protrudes_from_its_panel(browser, opened):
     for size in ((390, 844), (700, 900), (1024, 768), (1280, 800), (1920, 1080)):
         resize(browser, *size)
         assert browser.execute_script(PROTRUDING) == [], size
