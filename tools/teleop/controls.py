@@ -89,7 +89,7 @@ class Controls:
         self.set_neutral()
         self.stopped = False
 
-    def faster(self, step_percent: int = STEP_PERCENT) -> None:
+    def faster(self, step_percent: int) -> None:
         """Change the speed, even of a held key or stick."""
         self.percent = min(100, max(SLOWEST_PERCENT, self.percent + step_percent))
 

@@ -9,10 +9,10 @@ PATIENCE = 400
 """Looks at something that will happen, before it is held to be missing."""
 
 
-def app_of(brick, gamepad=None, **options):
+def app_of(brick, gamepad=None, controls=None, **options):
     from nxtdrive.tools.teleop.app import Teleop
 
-    controls = Controls(300.0, 120.0)
+    controls = controls or Controls(300.0, 120.0)
     return Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://", gamepad, **options)
 
 
@@ -38,6 +38,11 @@ async def until(pilot, true, key=None):
             await pilot.press(key)
         await pilot.pause(0.02)
     raise AssertionError("it never came")
+
+
+async def until_panel(pilot, words, key=None):
+    """Wait until the panel shows some words; press a key meanwhile."""
+    await until(pilot, lambda: words in text(pilot.app, "panel"), key)
 
 
 def widget(app, name):

@@ -14,6 +14,7 @@ from nxtdrive.tools.teleop.floor_map import FARTHEST_ECHO_MM, FloorMap
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import Spotter, ThreadedSpotter
 from sim_backend.firmware.motors.bench_motor import BenchMotor
+from tests.waiting import until
 
 STOP = (0.0, 0.0)
 
@@ -46,7 +47,7 @@ def test_right_is_positive_and_the_last_key_counts(controls):
 
 def test_the_speed_has_limits_at_both_ends(controls):
     for _ in range(20):
-        controls.faster()
+        controls.faster(10)
     controls.press(Direction.FORWARD, 0.0)
     assert controls.wanted(0.0) == (300.0, 0.0)
     for _ in range(20):
@@ -104,72 +105,66 @@ def test_where_the_robot_has_been_nothing_stands():
     assert "#" not in "".join(floor.draw(Pose(), 99, 99))
 
 
-def _place(simulation):
-    pose = simulation.truth.pose
-    return pose.x_mm, pose.y_mm, pose.heading_deg
-
-
 def _pilot(brick, controls, spotter=None):
     return Pilot(brick, brick.rover(), controls, spotter)
+
+
+def _hold(brick, pilot, controls, direction, steps):
+    """What each step shows while a key is held."""
+    views = []
+    for _ in range(steps):
+        controls.press(direction, brick.now())
+        views.append(pilot.step())
+    return views
 
 
 @pytest.mark.parametrize("latency_ms", [2, 45])
 def test_a_held_key_drives_and_letting_go_stops(room, controls, latency_ms):
     simulation, brick = room(latency_ms=latency_ms)
     pilot, start = _pilot(brick, controls), simulation.truth.pose
-    for _ in range(20):
-        controls.press(Direction.FORWARD, brick.now())
-        view = pilot.step()
-        assert view.state == "driving"
+    views = _hold(brick, pilot, controls, Direction.FORWARD, 20)
+    assert {view.state for view in views} == {"driving"}
     driven = simulation.truth.pose
     assert driven.x_mm - start.x_mm > 150
-    assert view.pose.x_mm == pytest.approx(driven.x_mm - start.x_mm, abs=40)
+    assert views[-1].pose.x_mm == pytest.approx(driven.x_mm - start.x_mm, abs=40)
     released = brick.now()
-    while (view := pilot.step()).state == "driving":
+    while pilot.step().state == "driving":
         assert brick.now() - released < DEAD_MAN_S + 0.5
     brick.sleep(0.3)
-    rest = _place(simulation)
+    rest = simulation.truth.pose
     brick.sleep(1.0)
-    assert _place(simulation) == pytest.approx(rest, abs=1.0)
+    assert simulation.truth.pose == pytest.approx(rest, abs=1.0)
 
 
 def test_an_emergency_stop_acts_in_the_next_step(room, controls):
     simulation, brick = room()
     pilot = _pilot(brick, controls)
-    for _ in range(10):
-        controls.press(Direction.RIGHT, brick.now())
-        pilot.step()
+    _hold(brick, pilot, controls, Direction.RIGHT, 10)
     controls.emergency_stop()
     assert pilot.step().state.startswith("EMERGENCY")
     brick.sleep(0.3)
-    rest = _place(simulation)
-    controls.press(Direction.RIGHT, brick.now())
-    pilot.step()
-    assert _place(simulation) == pytest.approx(rest, abs=1.0)
+    rest = simulation.truth.pose
+    _hold(brick, pilot, controls, Direction.RIGHT, 1)
+    assert simulation.truth.pose == pytest.approx(rest, abs=1.0)
 
 
 def test_a_program_that_dies_leaves_no_robot_running(room, controls):
     simulation, brick = room()
     pilot = _pilot(brick, controls)
-    for _ in range(10):
-        controls.press(Direction.FORWARD, brick.now())
-        pilot.step()
+    _hold(brick, pilot, controls, Direction.FORWARD, 10)
     simulation.advance(1500)  # no more input comes
-    rest = _place(simulation)
+    rest = simulation.truth.pose
     simulation.advance(1000)
-    assert _place(simulation) == pytest.approx(rest, abs=1.0)
+    assert simulation.truth.pose == pytest.approx(rest, abs=1.0)
 
 
 def test_the_wall_ahead_stops_it_and_stands_on_the_map(room, controls):
     simulation, brick = room()
-    pilot, states = _pilot(brick, controls), set()
-    for _ in range(160):
-        controls.press(Direction.FORWARD, brick.now())
-        view = pilot.step()
-        states.add(view.state)
-    assert "obstacle ahead" in states
+    pilot = _pilot(brick, controls)
+    views = _hold(brick, pilot, controls, Direction.FORWARD, 160)
+    assert "obstacle ahead" in {view.state for view in views}
     assert simulation.truth.pose.x_mm < 4000 - 115
-    assert "#" in "".join(pilot.map.draw(view.pose, 60, 30))
+    assert "#" in "".join(pilot.map.draw(views[-1].pose, 60, 30))
     controls.press(Direction.BACK, brick.now())
     assert pilot.step().state == "driving"
 
@@ -178,10 +173,8 @@ def test_blocked_wheels_are_not_driven_until_the_key_is_released(room, controls)
     simulation, brick = room()
     wheel = BenchMotor(locked=True)
     simulation.brick.attach_motor("B", wheel)
-    pilot, states = _pilot(brick, controls), []
-    for _ in range(40):
-        controls.press(Direction.FORWARD, brick.now())
-        states.append(pilot.step().state)
+    pilot = _pilot(brick, controls)
+    states = [view.state for view in _hold(brick, pilot, controls, Direction.FORWARD, 40)]
     assert list(dict.fromkeys(states)) == ["driving", "wheels are stuck", "wheels are stuck, let go"]
     assert brick.request(GetOutputState(OutputPort.B)).power == 0
     wheel.locked = False
@@ -234,7 +227,6 @@ def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sightin
 
 def test_a_real_robot_looks_in_a_thread_that_ends():
     spotter = ThreadedSpotter(Seer(LENA), "lena")
-    while spotter.sighting is None:
-        pass
+    until(lambda: spotter.sighting)
     spotter.close()
     assert spotter.sighting is LENA

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from behaviors.ports import Sighting
+from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.latest_frame import BOXES_LAST_S, STALE_S, LatestFrame
 from nxtdrive.vision.annotate import CONFIRMED, UNCONFIRMED
 from nxtdrive.vision.camera import Frame
 from nxtdrive.vision.detection import Detection
-from tests.tools.teleop.on_screen import app_of, play, text, until, widget
+from tests.tools.teleop.on_screen import app_of, play, text, until, until_panel, widget
 
 RED, BLUE = (0, 0, 200), (200, 0, 0)
 BOX = (80, 60, 40, 40)
@@ -91,7 +92,7 @@ def screen(room):
         app = app_of(brick, **options)
 
         async def to_the_end(pilot):
-            await until(pilot, lambda: "at rest" in text(app, "panel"))
+            await until_panel(pilot, "at rest")
             await act(app, pilot, brick.now)
             app.action_leave()
             await until(pilot, lambda: not app.is_running)
@@ -108,12 +109,12 @@ def screen(room):
     [((40, 20), False), ((40, 40), True), ((80, 24), True), ((120, 40), True), ((24, 8), False)],
 )
 def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, seen):
-    latest = LatestFrame()
+    latest, controls = LatestFrame(), Controls(300.0, 120.0)
 
     async def act(app, pilot, now):
         latest.frame(frame(now() + 60))
-        app._controls.emergency_stop()
-        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        controls.emergency_stop()
+        await until_panel(pilot, "EMERGENCY")
         camera, panel = widget(app, "camera"), widget(app, "panel")
         assert camera.display is seen
         assert panel.region.height >= 4
@@ -126,7 +127,7 @@ def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, see
         assert "EMERGENCY" in shown
         assert "STOP" in shown
 
-    screen(size, act, latest=latest)
+    screen(size, act, latest=latest, controls=controls)
 
 
 @pytest.mark.slow
@@ -147,7 +148,7 @@ def test_a_picture_that_no_longer_comes_is_reported(screen):
 @pytest.mark.parametrize("size", [(40, 20), (80, 24)])
 def test_without_a_camera_one_line_says_so(screen, size):
     async def act(app, pilot, now):
-        await until(pilot, lambda: "camera 0 gives no frames." in text(app, "panel"))
+        await until_panel(pilot, "camera 0 gives no frames.")
         assert not app.query("#camera")
 
     screen(size, act, why_no_camera="camera 0 gives no frames.")
@@ -178,10 +179,10 @@ def test_any_key_closes_the_list_of_keys_and_does_its_work(screen):
         await pilot.press("question_mark")
         await until(pilot, lambda: listed(app))
         await pilot.press("d")
-        await until(pilot, lambda: "driving" in text(app, "panel"))
+        await until_panel(pilot, "driving")
         assert not listed(app)
         await pilot.press("question_mark", "space")
-        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        await until_panel(pilot, "EMERGENCY")
         assert not listed(app)
         for key in ("question_mark", "enter"):
             await pilot.press("question_mark")

@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import USAGE
 from nxtdrive.tools.teleop.sticks import Sticks
-from tests.tools.teleop.on_screen import app_of, play, text, until
+from tests.tools.teleop.on_screen import app_of, play, text, until, until_panel
 
 LEFT_X, LEFT_Y, RIGHT_X = range(3)
 A, B, LB, RB, UP, DOWN, LEFT, RIGHT = 0, 1, 9, 10, 11, 12, 13, 14
@@ -145,7 +145,7 @@ def teleop(room, pad):
 
 def _play(app, act):
     async def rested(pilot):
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         await act(pilot)
 
     play(app, rested)
@@ -159,12 +159,12 @@ def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
 
     async def act(pilot):
         virtual.plug()
-        await until(pilot, lambda: "Virtual" in text(app, "panel"))
+        await until_panel(pilot, "Virtual")
         virtual.move(LEFT_Y, -1.0)
         await until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250)
         assert "driving" in text(app, "panel")
         virtual.move(LEFT_Y, 0.0)
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
 
     _play(app, act)
 
@@ -176,9 +176,9 @@ def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleo
     async def act(pilot):
         for axis in (LEFT_X, RIGHT_X):
             virtual.plug()
-            await until(pilot, lambda: "Virtual" in text(app, "panel"))
+            await until_panel(pilot, "Virtual")
             virtual.move(axis, 1.0)
-            await until(pilot, lambda: "driving" in text(app, "panel"))
+            await until_panel(pilot, "driving")
             virtual.unplug()
             await until(pilot, lambda: "at rest" in text(app, "panel") and "UNPLUGGED" in text(app, "panel"))
 
@@ -191,22 +191,22 @@ def test_b_is_an_emergency_stop_a_ends_it_and_shoulders_change_the_speed(teleop)
 
     async def act(pilot):
         virtual.plug()
-        await until(pilot, lambda: "Virtual" in text(app, "panel"))
+        await until_panel(pilot, "Virtual")
         virtual.press(RB)
-        await until(pilot, lambda: "(70 %)" in text(app, "panel"))
+        await until_panel(pilot, "(70 %)")
         virtual.press(LB)
-        await until(pilot, lambda: "(60 %)" in text(app, "panel"))
+        await until_panel(pilot, "(60 %)")
         virtual.move(RIGHT_X, 1.0)
-        await until(pilot, lambda: "driving" in text(app, "panel"))
+        await until_panel(pilot, "driving")
         virtual.press(B)
-        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        await until_panel(pilot, "EMERGENCY")
         virtual.press(A)
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         await pilot.pause(0.3)
         assert "at rest" in text(app, "panel"), "the stick is still held, and has not been in the middle"
         virtual.move(RIGHT_X, 0.0)
         await pilot.pause(0.1)
         virtual.move(RIGHT_X, 1.0)
-        await until(pilot, lambda: "driving" in text(app, "panel"))
+        await until_panel(pilot, "driving")
 
     _play(app, act)

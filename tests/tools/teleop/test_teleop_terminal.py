@@ -17,7 +17,7 @@ from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import Spotter
 from nxtdrive.tools.teleop.terminal import TolerantStream
 from tests.small_mission import MISSION
-from tests.tools.teleop.on_screen import app_of, play, text, until
+from tests.tools.teleop.on_screen import app_of, play, text, until, until_panel
 
 
 class _Terminal(io.StringIO):
@@ -29,16 +29,11 @@ class _Terminal(io.StringIO):
 def teleop(room):
     """Makes (simulation, app) on a robot in real time."""
 
-    def make():
+    def make(**options):
         simulation, brick = room(realtime=True)
-        return simulation, app_of(brick)
+        return simulation, app_of(brick, **options)
 
     return make
-
-
-def _place(simulation):
-    pose = simulation.truth.pose
-    return pose.x_mm, pose.y_mm, pose.heading_deg
 
 
 @pytest.mark.slow
@@ -47,10 +42,10 @@ def test_keys_drive_and_letting_go_stops(teleop):
     start = simulation.truth.pose
 
     async def act(pilot):
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
-        await until(pilot, lambda: "driving" in text(app, "panel"), key="up")
+        await until_panel(pilot, "at rest")
+        await until_panel(pilot, "driving", key="up")
         await until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         assert "·" in text(app, "map")
 
     play(app, act)
@@ -59,15 +54,16 @@ def test_keys_drive_and_letting_go_stops(teleop):
 
 @pytest.mark.slow
 def test_letters_drive_and_halt_with_caps_lock_as_well(teleop):
-    _, app = teleop()
+    controls = Controls(300.0, 120.0)
+    _, app = teleop(controls=controls)
 
     async def act(pilot):
-        await until(pilot, lambda: "driving" in text(app, "panel"), key="W")
-        app._controls.steer(0.0, 0.0, math.inf)
-        app._controls.steer(1.0, 0.0, math.inf)  # never old
-        await until(pilot, lambda: "driving" in text(app, "panel"))
+        await until_panel(pilot, "driving", key="W")
+        controls.steer(0.0, 0.0, math.inf)
+        controls.steer(1.0, 0.0, math.inf)  # never old
+        await until_panel(pilot, "driving")
         await pilot.press("X")
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
 
     play(app, act)
 
@@ -77,14 +73,14 @@ def test_space_stops_at_once_and_stays_until_enter(teleop):
     _, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "driving" in text(app, "panel"), key="d")
+        await until_panel(pilot, "driving", key="d")
         await pilot.press("space")
-        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
+        await until_panel(pilot, "EMERGENCY")
         await pilot.press("d")
         await pilot.pause(0.3)
         assert "EMERGENCY" in text(app, "panel")
         await pilot.press("enter")
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
 
     play(app, act)
 
@@ -94,11 +90,11 @@ def test_plus_and_minus_change_the_speed(teleop):
     _, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "(60 %)" in text(app, "panel"))
+        await until_panel(pilot, "(60 %)")
         await pilot.press("plus")
-        await until(pilot, lambda: "(70 %)" in text(app, "panel"))
+        await until_panel(pilot, "(70 %)")
         await pilot.press("minus", "minus")
-        await until(pilot, lambda: "(50 %)" in text(app, "panel"))
+        await until_panel(pilot, "(50 %)")
 
     play(app, act)
 
@@ -114,7 +110,7 @@ def test_a_screen_that_closes_slowly_shows_nothing_more(teleop):
     _, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         await app.mount(SlowToClose())
 
     play(app, act)
@@ -125,15 +121,15 @@ def test_leaving_stops_the_robot(teleop):
     simulation, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "driving" in text(app, "panel"), key="w")
+        await until_panel(pilot, "driving", key="w")
         await pilot.press("escape")
         await until(pilot, lambda: not app.is_running)
 
     play(app, act)
     simulation.advance(300)
-    rest = _place(simulation)
+    rest = simulation.truth.pose
     simulation.advance(1000)
-    assert _place(simulation) == pytest.approx(rest, abs=1.0)
+    assert simulation.truth.pose == pytest.approx(rest, abs=1.0)
 
 
 @pytest.mark.slow
@@ -141,7 +137,7 @@ def test_a_lost_link_ends_it_with_the_reason(teleop):
     simulation, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         simulation.brick.receive = lambda telegram: None
         await until(pilot, lambda: not app.is_running)
 
@@ -154,7 +150,7 @@ def test_a_defect_of_the_pilot_ends_it_too(teleop, monkeypatch):
     _, app = teleop()
 
     async def act(pilot):
-        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until_panel(pilot, "at rest")
         monkeypatch.setattr(Pilot, "step", lambda self: 1 / 0)
         await until(pilot, lambda: not app.is_running)
 
