@@ -22,17 +22,17 @@ def test_an_error_of_another_kind_is_a_violation(tmp_path, monkeypatch, fault):
 
     monkeypatch.setitem(files.KINDS, "faults", (1, "x.toml", (lambda: files.FAULTS,), broken))
     tally = Tally()
-    files._try(tally, 7, "faults", tmp_path, files.Random(0))
+    files.attempt(tally, 7, "faults", tmp_path, files.Random(0))
     (violation,) = tally.violations
     assert violation.number == 7
     assert type(fault).__name__ in violation.text
 
 
-@pytest.mark.parametrize("said", ["import sys; sys.exit(3)", "raise MemoryError"])
-def test_a_command_that_ends_otherwise_is_a_violation(monkeypatch, said):
+@pytest.mark.parametrize(("fault", "violation"), [(SystemExit(3), AssertionError), (MemoryError(), MemoryError)])
+def test_a_command_that_ends_otherwise_is_a_violation(monkeypatch, fault, violation):
     def main(words):
-        exec(said)
+        raise fault
 
     monkeypatch.setattr(files, "main", main)
-    with pytest.raises((AssertionError, MemoryError)):
-        files._command("trace", "show", "x")
+    with pytest.raises(violation):
+        files.run_command("trace", "show", "x")

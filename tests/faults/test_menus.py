@@ -12,7 +12,7 @@ SAMPLE = 4000
 def test_a_sample_of_actions_is_harmless():
     tally = CAMPAIGN.run(1, range(SAMPLE))
     assert tally.violations == []
-    assert sum(tally.outcomes.values()) == SAMPLE
+    assert tally.outcomes.total() == SAMPLE
 
 
 def test_menus_that_fail_are_found_and_the_trial_is_reproducible(monkeypatch):

@@ -29,7 +29,7 @@ class Deaf(servers.Server):
 
     def __init__(self, does: str) -> None:
         super().__init__([sys.executable, "-c", DEAF.format(does=does)])
-        self._address = servers._host_and_port(self.first_line())
+        self._address = servers.host_and_port(self.first_line())
         self.doors = {"line": (self._address, b"why\n")}
 
     def clients(self):

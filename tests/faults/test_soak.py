@@ -24,7 +24,7 @@ def test_a_sample(short_hours):
 
 def test_a_timer_that_drifts_is_found(short_hours, monkeypatch):
     monkeypatch.setattr(link, "PROBE_S", 3.0)
-    monkeypatch.setattr(soak, "_pursue", lambda *_: [])
+    monkeypatch.setattr(soak, "pursue", lambda *_: [])
     assert "keep-alive telegrams in an hour" in str(soak.CAMPAIGN.run(1, range(1)).violations)
 
 
@@ -34,7 +34,7 @@ def test_a_timer_that_drifts_is_found(short_hours, monkeypatch):
 )
 def test_memory_that_grows_is_found(short_hours, monkeypatch, traced_every, found):
     kept = []
-    monkeypatch.setattr(soak, "_pursue", lambda *_: kept.append([bytes(100 + i % 2) for i in range(2000)]) or [])
+    monkeypatch.setattr(soak, "pursue", lambda *_: kept.append([bytes(100 + i % 2) for i in range(2000)]) or [])
     monkeypatch.setattr(soak, "TRACED_EVERY", traced_every)
     assert found in str(soak.CAMPAIGN.run(1, range(3)).violations)
 

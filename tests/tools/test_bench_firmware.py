@@ -8,7 +8,7 @@ from nxtdrive.tools.dev import bench_firmware
 
 def test_every_program_of_the_bench_runs_on():
     for name, content in bench_firmware.programs().items():
-        brick = bench_firmware._brick(content)
+        brick = bench_firmware.brick_with(content)
         brick.tick(50)
         assert brick.command.status == ProgramStatus.RUNNING, name
 

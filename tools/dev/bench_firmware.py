@@ -146,7 +146,7 @@ def _change_motor(count: int, one: int, _: int, port: int, *__: int) -> list[Wor
     return [instruction(_SET_OUTPUT, port, *fields), instruction(_ADD, count, count, one)]
 
 
-def _brick(program: bytes | None = None, firmware: str = "1.29") -> SimBrick:
+def brick_with(program: bytes | None = None, firmware: str = "1.29") -> SimBrick:
     """Return a brick with motors and a sensor, which runs a program."""
     brick = SimBrick(firmware=firmware)
     for port in "ABC":
@@ -170,7 +170,7 @@ def _cpu_s(action: Callable[[], object]) -> float:
 
 
 def _telegrams_hz() -> float:
-    brick = _brick()
+    brick = brick_with()
     rates = []
     for telegram in (GetBatteryLevel(), GetOutputState(OutputPort.A), GetInputValues(InputPort.IN_1)):
         request = telegram.encode()
@@ -179,7 +179,7 @@ def _telegrams_hz() -> float:
 
 
 def _passes_ratio() -> float:
-    brick = _brick()
+    brick = brick_with()
     mode = OutputMode.MOTOR_ON | OutputMode.REGULATED
     brick.receive(SetOutputState(OutputPort.ALL, 75, mode, RegulationMode.SPEED, 0, RunState.RUNNING, 0).encode())
     return PASSES / _PASSES_PER_S / _cpu_s(lambda: brick.tick(PASSES))
@@ -187,16 +187,16 @@ def _passes_ratio() -> float:
 
 def _brick_mb() -> float:
     content = programs()["counts"]
-    _brick(content)
+    brick_with(content)
     tracemalloc.start()
-    bricks = [_brick(content) for _ in range(BRICKS)]
+    bricks = [brick_with(content) for _ in range(BRICKS)]
     used = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     return used / len(bricks) / 1e6
 
 
 def _program_ratio(content: bytes, firmware: str = "1.29") -> float:
-    brick = _brick(content, firmware)
+    brick = brick_with(content, firmware)
     if not brick.command.active:
         raise RuntimeError("a program of the benchmark does not run")
     return PROGRAM_MS / 1000 / _cpu_s(lambda: brick.tick(PROGRAM_MS))
@@ -204,7 +204,7 @@ def _program_ratio(content: bytes, firmware: str = "1.29") -> float:
 
 def _once_s(file: Path) -> tuple[float, float]:
     """Run a recorded program once; return the simulated seconds and those of the CPU, which compiles too."""
-    brick = _brick(file.read_bytes(), "1.32" if file.stem.endswith(".1.32") else "1.29")
+    brick = brick_with(file.read_bytes(), "1.32" if file.stem.endswith(".1.32") else "1.29")
     begun_s, simulated_ms = time.process_time(), 0
     while not simulated_ms or (brick.command.active and simulated_ms < ONCE_MS):
         brick.tick(STEP_MS)

@@ -54,7 +54,7 @@ Read = Callable[[Path, Random], str]
 """Reads the file; returns the outcome, or raises one of `REFUSALS`."""
 
 
-def _command(*words: str, also: tuple[int, ...] = ()) -> str:
+def run_command(*words: str, also: tuple[int, ...] = ()) -> str:
     """Run a command line that must accept the file or refuse it with exit code 2."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -75,7 +75,7 @@ def _command(*words: str, also: tuple[int, ...] = ()) -> str:
 
 
 def _mission(path: Path, _random: Random) -> str:
-    return _command("mission", "show", str(path))
+    return run_command("mission", "show", str(path))
 
 
 def _world(path: Path, _random: Random) -> str:
@@ -94,13 +94,13 @@ def _faults(path: Path, _random: Random) -> str:
 
 def _journal(path: Path, random: Random) -> str:
     profile = random.choice(((), ("--profile", "thesis"), ("--profile", "adaptive")))
-    return _command("explain-run", str(path.parent), *profile, *random.choice(((), ("--json",))))
+    return run_command("explain-run", str(path.parent), *profile, *random.choice(((), ("--json",))))
 
 
 def _trace(path: Path, random: Random) -> str:
     if random.random() < 0.5:
-        return _command("trace", "show", str(path), random.choice(("--full", "--json")))
-    return _command("info", "--nxt", f"replay://{path}", also=(4, 5))
+        return run_command("trace", "show", str(path), random.choice(("--full", "--json")))
+    return run_command("info", "--nxt", f"replay://{path}", also=(4, 5))
 
 
 def _results(path: Path, _random: Random) -> str:
@@ -119,7 +119,7 @@ def _picture(path: Path, random: Random) -> str:
     from sim_backend.camera.textures import TextureLibrary
 
     if random.random() < 0.3:
-        return _command("detect", "try", str(path), "--color", "red", "--out", str(path.with_name("out.png")))
+        return run_command("detect", "try", str(path), "--color", "red", "--out", str(path.with_name("out.png")))
     TextureLibrary()[str(path)]
     make_detector({"detector": "picture", "pictures": [str(path)]})
     return "accepted"
@@ -143,7 +143,7 @@ def _recording(path: Path, random: Random) -> str:
 
 def _upload(path: Path, random: Random) -> str:
     name = _text(random, "follow-line.rxe")
-    return _command("files", "put", str(path), "--as", name.replace("\0", ""), "--nxt", "sim://open", also=(5,))
+    return run_command("files", "put", str(path), "--as", name.replace("\0", ""), "--nxt", "sim://open", also=(5,))
 
 
 def _address(_path: Path, random: Random) -> str:
@@ -277,11 +277,11 @@ def _run(seed: int, numbers: range) -> Tally:
             random = Random(f"{seed} {number}")  # noqa: S311 - not for secrets
             kind = random.choices(names, weights)[0]
             with tempfile.TemporaryDirectory(dir=folder) as place:
-                _try(tally, number, kind, Path(place), random)
+                attempt(tally, number, kind, Path(place), random)
     return tally
 
 
-def _try(tally: Tally, number: int, kind: str, place: Path, random: Random) -> None:
+def attempt(tally: Tally, number: int, kind: str, place: Path, random: Random) -> None:
     """Make one trial."""
     _, name, goods, read = KINDS[kind]
     if read is _journal:

@@ -99,7 +99,7 @@ class SimServe(Server):
         ports = ["--tcp", "0", "--nxt-server", "0", "--pty", str(folder / "nxt")]
         super().__init__([sys.executable, "-m", "nxtdrive", "sim", "serve", "--json", *ports])
         serving = json.loads(self.first_line())
-        self._camera, *addresses = map(_host_and_port, (serving["camera"], *serving["doors"][1:]))
+        self._camera, *addresses = map(host_and_port, (serving["camera"], *serving["doors"][1:]))
         self._tcp, self._nxt_server = addresses
         self.doors = {
             "camera": (self._camera, VIEW),
@@ -120,7 +120,7 @@ class Serve(Server):
 
     def __init__(self, _: Path) -> None:
         super().__init__([sys.executable, "-m", "nxtdrive", "serve", "--port", "0", "--nxt", "sim://open"])
-        self._address = _host_and_port(self.first_line())
+        self._address = host_and_port(self.first_line())
         self.doors = {"line": (self._address, b"why\n")}
 
     def clients(self) -> Iterator[WellBehavedClient]:
@@ -279,7 +279,7 @@ def _again(server: Server, stack: contextlib.ExitStack) -> None:
                 return
 
 
-def _host_and_port(text: str) -> Address:
+def host_and_port(text: str) -> Address:
     """Find host and port in an address or a line of output."""
     host, port = re.findall(r"([\d.]+):(\d+)", text)[0]
     return host, int(port)

@@ -91,7 +91,7 @@ def _tick_ms(brick: Brick) -> int:
 def _hour(brick: Brick, wire: Wire, number: int) -> list[str]:
     """Simulate an hour; return any violations."""
     begun_s, wrong = brick.now(), []
-    for work in (_poll, _lose, _pursue, _idle):
+    for work in (_poll, _lose, pursue, _idle):
         try:
             wrong += work(brick, wire, number, begun_s + HOUR_S)
         except NXTError as error:
@@ -127,7 +127,7 @@ def _lose(brick: Brick, wire: Wire, _number: int, _end_s: float) -> list[str]:
     return [] if brick.link.state is LinkState.OPEN else ["the link is not open 10 s after a loss of 2 s"]
 
 
-def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
+def pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
     """Pursue a mission, then go back to where it began; the link is lost in the middle of every other mission."""
     mission, clock = mission_of(PROFILES[number % 2]), MissionClock(brick)
     body = build_body(brick, mission)
