@@ -1,3 +1,5 @@
+"""Files are read whole and within a limit, and one that cannot be read is named with the reason."""
+
 import gzip
 import os
 from pathlib import Path

@@ -11,17 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.direct import StartProgram
 from firmware_protocol.iomap import COMMAND
-from firmware_protocol.system import Close, IOMapRead, OpenWrite, Write
+from firmware_protocol.system import IOMapRead
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import VERSIONS
 from sim_backend.firmware.vm.memory import aligned
+from tests.tools.conformance.loading import start
 
 RECORDING = Path(__file__).parents[2] / "golden" / "clump_programs.jsonl.gz"
 RECORDS = [json.loads(line) for line in gzip.decompress(RECORDING.read_bytes()).splitlines()]
-NAME, PIECE = "a.rxe", 58
 TICKS, LONGEST = (9, 3, 12), 54
 STATUS = COMMAND.field("ProgStatus").read().encode().hex()
 SAMPLE = RECORDS[::10]
@@ -32,10 +31,7 @@ def shown(record):
     """What the simulated brick shows."""
     program, firmware = bytes.fromhex(record["program"]), record["firmware"]
     bench = Bench(SimBrick(firmware=firmware))
-    pieces = (program[at : at + PIECE] for at in range(0, len(program), PIECE))
-    requests = [OpenWrite(NAME, len(program)), *(Write(0, piece) for piece in pieces), Close(0), StartProgram(NAME)]
-    for request in requests:
-        bench.telegram(request.encode().hex())
+    start(bench, program)
     variables = aligned(program[CLUMPS_AT] * VERSIONS[firmware].pool.clump)
     begin, size = COMMAND.field("MemoryPool").offset + variables, len(record["shown"][0][1]) // 2
     found = []

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.direct import StartProgram, StopProgram
+from firmware_protocol.direct import StopProgram
 from firmware_protocol.iomap import COMMAND
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
+from tests.tools.conformance.loading import start
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 RECORDS = [
     json.loads(line) for line in gzip.decompress((GOLDEN / "damaged_programs.jsonl.gz").read_bytes()).splitlines()
 ]
 TICKS = (8, 1, 2, 3, 10, 20, 60)
-NAME = "a.rxe"
 SAMPLE = 30
 STATUS = COMMAND.field("ProgStatus").read().encode().hex()
 
@@ -39,12 +39,7 @@ def statuses(record):
     bench = Bench(SimBrick(firmware=record["firmware"]))
     program = content(record)
     assert len(program) == record["size"]
-    name = NAME.encode().ljust(20, b"\0").hex()
-    handle = bytes.fromhex(bench.telegram(f"0181{name}{len(program).to_bytes(4, 'little').hex()}"))[3]
-    for start in range(0, len(program), 58):
-        bench.telegram(f"0183{handle:02x}{program[start : start + 58].hex()}")
-    bench.telegram(f"0184{handle:02x}")
-    bench.telegram(StartProgram(NAME).encode().hex())
+    start(bench, program)
     shown = []
     for passes in TICKS:
         bench.control(f"!tick {passes}")

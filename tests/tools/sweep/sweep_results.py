@@ -5,10 +5,10 @@ from nxtdrive.tools.sweep.metrics import TargetResult
 from nxtdrive.tools.sweep.mission_result import MissionResult
 
 
-def target_result(time_s=None, *, target="lena", wrong_stops=0, spl=1.0, soft_spl=1.0, sct=1.0):
+def target_result(time_s=None, *, target="lena", wrong_stops=0, spl=1.0, sct=1.0):
     """Return the result of an existing target, reached at `time_s` if that is given."""
     success = time_s is not None
-    weights = (each if success else 0.0 for each in (spl, soft_spl, sct))
+    weights = (each if success else 0.0 for each in (spl, 1.0, sct))
     return TargetResult(target, True, success, wrong_stops, time_s, None, time_s or 9.0, 900.5, 900.5, *weights)
 
 

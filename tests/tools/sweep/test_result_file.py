@@ -31,6 +31,7 @@ BROKEN = {
 }
 
 RESULT = MissionResult.model_validate_json(json.dumps(LINE))
+RESUME = ("sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out")
 
 
 def _changed(**values):
@@ -74,8 +75,7 @@ def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, capsys, tex
     path.write_text(json.dumps(LINE) + "\n" + text + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"not the file of a sweep \(line 2"):
         read_results(path)
-    command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out", str(path)]
-    assert main(command) == USAGE
+    assert main([*RESUME, str(path)]) == USAGE
     assert "line 2" in capsys.readouterr().err
 
 
@@ -90,8 +90,7 @@ def test_good_lines_are_written_as_they_were_read(tmp_path):
 def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, capsys, lines, foreign):
     path = tmp_path / "notes.txt"
     path.write_text(lines + foreign, encoding="utf-8")
-    command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out", str(path)]
-    assert main(command) == USAGE
+    assert main([*RESUME, str(path)]) == USAGE
     assert "not the file of a sweep" in capsys.readouterr().err
     assert path.read_text(encoding="utf-8") == lines + foreign
 

@@ -1,5 +1,7 @@
 """Every agent ends a mission, and is evaluated by the ground truth."""
 
+from dataclasses import replace
+
 import pytest
 
 from behaviors.executive import Ending
@@ -12,8 +14,7 @@ from nxtdrive.tools.sweep.task import run_episode
 
 def _limited(scenario, limit_s):
     table = scenario.mission.mission.model_copy(update={"time_limit_s": limit_s})
-    mission = scenario.mission.model_copy(update={"mission": table})
-    return type(scenario)(**{name: getattr(scenario, name) for name in scenario.__slots__} | {"mission": mission})
+    return replace(scenario, mission=scenario.mission.model_copy(update={"mission": table}))
 
 
 @pytest.mark.slow

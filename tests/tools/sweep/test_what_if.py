@@ -14,6 +14,7 @@ from datetime import date
 import numpy as np
 import pytest
 
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import described_by
 from behaviors.mission.robot import RobotFile
 from nxtdrive.cli.main import main
@@ -44,6 +45,29 @@ DECISION = {
     **{"biased_regret_s": 2.5, "beyond_best_s": [0.0, 0.0, 0.0], "candidates": [WAIT, LEAVE]},
 }
 SOURCE = GeneratedMission("wall_start", 103, "adaptive")
+ASKED = {"decision": None, "sample": None, "futures": 2}
+"""What is asked of a mission by `WHAT_IF`."""
+WHAT_IF = ("--futures", "2", "--workers", "1")
+
+
+def _command_for(folder, decisions):
+    """The command for a mission of which its file has the decisions already."""
+    out = folder / "regret.jsonl"
+    with ResultFile(out) as file:
+        file.append(json.dumps({"run": "open:100", **ASKED, "decisions": decisions}))
+    return ["what-if", "open:100", "--out", str(out), *WHAT_IF]
+
+
+def _recorded_run(folder, target, table="", *words):
+    """Run a mission with one picture, and return the folder of the run."""
+    mission = folder / "short.toml"
+    mission.write_text(
+        f'[mission]\ntargets = ["{target}"]\n{table}\n'
+        f'[target.{target}]\ndetector = "picture"\npictures = ["{target}.png"]\nheight_mm = 297\n'
+    )
+    main(["run", str(mission), *words, "--no-video", "--out", str(folder)])
+    (run,) = folder.glob("*-001")
+    return run
 
 
 def test_the_regret_of_equal_candidates_is_nothing_on_average():
@@ -77,11 +101,10 @@ def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
     out = tmp_path / "regret.jsonl"
     decisions = [{**DECISION, "regret_s": regret_s} for regret_s in (2, 6)]
     names = ["open:100", "flat:7"]
-    asked = {"decision": None, "sample": None, "futures": 2}
-    out.write_text("".join(json.dumps({"run": name, **asked, "decisions": decisions}) + "\n" for name in names))
+    out.write_text("".join(json.dumps({"run": name, **ASKED, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
     asked_for = ["open:100", "open:100:adaptive", "open:0100", "flat:7:adaptive"]
-    assert main(["what-if", *asked_for, "--out", str(out), "--futures", "2", "--workers", "1", "--json"]) == 0
+    assert main(["what-if", *asked_for, "--out", str(out), *WHAT_IF, "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert ([run["run"] for run in result["runs"]], result["regret_s"]) == (names, [4.0, 4.0, 4.0])
     assert out.read_bytes() == before
@@ -92,26 +115,25 @@ def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path,
     out, name = tmp_path / "regret.jsonl", "open:100"
     lines = [
         {"run": name, "decisions": [DECISION]},
-        {"run": name, "decision": 1, "sample": None, "futures": 2, "decisions": [DECISION]},
-        {"run": name, "decision": None, "sample": 1, "futures": 2, "decisions": [DECISION]},
-        {"run": name, "decision": None, "sample": None, "futures": 3, "decisions": [DECISION]},
-        {"run": name, "decision": None, "sample": None, "futures": 2, "redraw_unseen": True, "decisions": [DECISION]},
+        {"run": name, **ASKED, "decision": 1, "decisions": [DECISION]},
+        {"run": name, **ASKED, "sample": 1, "decisions": [DECISION]},
+        {"run": name, **ASKED, "futures": 3, "decisions": [DECISION]},
+        {"run": name, **ASKED, "redraw_unseen": True, "decisions": [DECISION]},
     ]
     out.write_text("".join(json.dumps(line) + "\n" for line in lines))
     for _ in range(2):
-        assert main(["what-if", name, "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
+        assert main(["what-if", name, "--out", str(out), *WHAT_IF]) == 0
         assert "the mission had no decision" in capsys.readouterr().out
         *before, added = map(json.loads, out.read_text().splitlines())
         assert before == lines
-        asked = {"decision": None, "sample": None, "futures": 2, "redraw_unseen": False}
-        assert added == {"run": name, **asked, "decisions": []}
+        assert added == {"run": name, **ASKED, "redraw_unseen": False, "decisions": []}
 
 
 @pytest.mark.nightly
 def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
     out, name = tmp_path / "regret.jsonl", "wall_start:103:adaptive"
     for _ in range(2):
-        assert main(["what-if", name, "--sample", "1", "--futures", "2", "--workers", "1", "--out", str(out)]) == 0
+        assert main(["what-if", name, "--sample", "1", *WHAT_IF, "--out", str(out)]) == 0
         (line,) = out.read_text().splitlines()
         assert len(json.loads(line)["decisions"]) == 1
         assert "1 decision: mean regret" in capsys.readouterr().out
@@ -119,24 +141,18 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
 
 def test_the_command_ends_with_mean_regret_and_the_shares_of_good_choices_and_of_certainly_bad_ones(tmp_path, capsys):
     """Of 6 s with an interval from 2 s on it is not certain that they are more than 3 s."""
-    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
     known = [(0.0, 0.0), (0.0, -1.0), (6.0, 2.0), (6.0, 4.0)]
     decisions = [{**DECISION, "regret_s": mean, "beyond_best_s": [6.0, low, 9.0]} for mean, low in known]
-    with ResultFile(out) as file:
-        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
-    assert main(["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
+    assert main(_command_for(tmp_path, decisions)) == 0
     said = capsys.readouterr().out
     assert "4 decisions: mean regret 3.0 s; 50 % of them within 3 s of the best, 25 % certainly not\n" in said
 
 
 def test_figures_are_also_given_for_the_decisions_after_each_failure(tmp_path, capsys):
-    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
     known = [("uncertain", 8.0), ("never_seen", 0.0), ("never_seen", 4.0), ("no_way", 0.0)]
     decisions = [{**DECISION, "reason": reason, "regret_s": seconds} for reason, seconds in known]
     decisions[-1]["candidates"] = [WAIT]
-    with ResultFile(out) as file:
-        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
-    command = ["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]
+    command = _command_for(tmp_path, decisions)
     assert main([*command, "--json"]) == 0
     by_reason = json.loads(capsys.readouterr().out)["by_reason"]
     found = {reason: (each["decisions"], *each["regret_s"], *each["nearly_best"]) for reason, each in by_reason.items()}
@@ -148,12 +164,9 @@ def test_figures_are_also_given_for_the_decisions_after_each_failure(tmp_path, c
 
 @pytest.mark.parametrize("made", [0, 3])
 def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, capsys, made):
-    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
     alone = {**DECISION, "candidates": [WAIT], "regret_s": 0.0, "biased_regret_s": 0.0}
     decisions = [*[{**DECISION, "regret_s": seconds} for seconds in (0.0, 0.0, 6.0)[:made]], alone, alone]
-    with ResultFile(out) as file:
-        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
-    command = ["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]
+    command = _command_for(tmp_path, decisions)
     assert main([*command, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told.get("regret_s"), told.get("nearly_best")) == (([2.0], [0.667]) if made else (None, None))
@@ -321,15 +334,10 @@ def test_copies_of_the_process_continue_as_a_repeated_mission_does(monkeypatch):
 
 @pytest.mark.slow
 def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys):
-    mission = tmp_path / "short.toml"
-    mission.write_text('[mission]\ntargets = ["rilakkuma"]\ntime_limit_s = 20\nprofile = "thesis"\n')
-    with mission.open("a") as file:
-        file.write('[target.rilakkuma]\ndetector = "picture"\npictures = ["rilakkuma.png"]\nheight_mm = 200\n')
-    run = ["run", str(mission), "--nxt", "sim://figure7?seed=3", "--camera", "geometric", "--no-video"]
-    main([*run, "--out", str(tmp_path)])
-    (folder,) = tmp_path.glob("*-001")
+    where = ("--nxt", "sim://figure7?seed=3", "--camera", "geometric")
+    folder = _recorded_run(tmp_path, "rilakkuma", 'time_limit_s = 20\nprofile = "thesis"', *where)
     capsys.readouterr()
-    assert main(["what-if", str(folder), "--decision", "1", "--futures", "2", "--workers", "1", "--json"]) == 0
+    assert main(["what-if", str(folder), "--decision", "1", *WHAT_IF, "--json"]) == 0
     (result,) = json.loads(capsys.readouterr().out)["runs"]
     told = result["decisions"]
     assert told == json.loads((folder / "what-if.json").read_text())["decisions"]
@@ -389,7 +397,7 @@ def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path, camera, cali
     mission = described_by(with_profile(read_mission_file(None), "adaptive"), described)
     folder = new_run_folder(tmp_path, "x")
     folder.write_mission(mission)
-    folder(next(iter(_records())))
+    folder(Record(0.0, RecordKind.START, "idle", "lena", {"format": 3}))
     folder.close()
     read = read_run(folder.path).mission
     assert read == mission
@@ -400,21 +408,9 @@ def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path, camera, cali
 
 @pytest.mark.nightly
 def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
-    mission = tmp_path / "short.toml"
-    mission.write_text('[mission]\ntargets = ["lena"]\ntime_limit_s = 40\n')
-    with mission.open("a") as file:
-        file.write('[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\nheight_mm = 297\n')
-    main(["run", str(mission), "--no-video", "--out", str(tmp_path)])
-    (folder,) = tmp_path.glob("*-001")
-    recorded = read_recorded(folder)
+    recorded = read_recorded(_recorded_run(tmp_path, "lena", "time_limit_s = 40"))
     assert recorded.choices
     assert tuple((each.time_s, each.chose) for each in run_with_branch(recorded).decisions) == recorded.choices
-
-
-def _records():
-    from behaviors.journal import Record, RecordKind
-
-    yield Record(0.0, RecordKind.START, "idle", "lena", {"format": 3})
 
 
 def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, capsys):
@@ -471,15 +467,11 @@ class _InterruptedAt(io.StringIO):
 
 @pytest.mark.nightly
 def test_decisions_that_are_done_are_shown_and_kept_when_ctrl_c_ends_the_command(tmp_path, capsys, monkeypatch):
-    mission = tmp_path / "absent.toml"
-    mission.write_text('[mission]\ntargets = ["sunset"]\ntime_limit_s = 60\nprofile = "thesis"\n')
-    with mission.open("a") as file:
-        file.write('[target.sunset]\ndetector = "picture"\npictures = ["sunset.png"]\n')
-    main(["run", str(mission), "--nxt", "sim://", "--camera", "geometric", "--no-video", "--out", str(tmp_path)])
-    (folder,) = tmp_path.glob("*-001")
+    where = ("--nxt", "sim://", "--camera", "geometric")
+    folder = _recorded_run(tmp_path, "sunset", 'time_limit_s = 60\nprofile = "thesis"', *where)
     capsys.readouterr()
     monkeypatch.setattr("sys.stderr", _InterruptedAt("decision 2 is done"))
-    assert main(["what-if", str(folder), "--futures", "2", "--workers", "1"]) == 130
+    assert main(["what-if", str(folder), *WHAT_IF]) == 130
     assert "12 missions to run" in sys.stderr.getvalue()
     assert "regret" in capsys.readouterr().out
     (kept,) = json.loads((folder / "what-if.json").read_text())["decisions"]
