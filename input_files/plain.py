@@ -62,7 +62,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     except ValueError as error:  # a NUL in the path
         raise InputFileError(f"{str(path)!r} cannot be read ({error}). Check the path.") from None
     if content is None or len(content) > limit:
-        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
+        raise _too_large(path, limit)
     return content
 
 
@@ -143,8 +143,12 @@ def _decompressed(path: Path, content: bytes, limit: int) -> bytes:
     except (OSError, EOFError, zlib.error) as error:
         raise InputFileError(f"{path} cannot be decompressed ({error}). Compress it with gzip again.") from None
     if len(plain) > limit:
-        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
+        raise _too_large(path, limit)
     return plain
+
+
+def _too_large(path: Path, limit: int) -> InputFileError:
+    return InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
 
 
 def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value

@@ -146,7 +146,7 @@ class Rig:
     @property
     def broken(self) -> bool:
         """Whether the guest's kernel has failed, by its console."""
-        return BROKEN.search(_console(self.name).read_text(errors="replace")) is not None
+        return self._kernel_failure() is not None
 
     # --- the guest ---
 
@@ -274,12 +274,14 @@ class Rig:
                 f"The guest does not answer within {timeout_s:g} s ({error}): {request}. {self._failure_context()}"
             ) from error
 
+    def _kernel_failure(self) -> re.Match[str] | None:
+        return BROKEN.search(_console(self.name).read_text(errors="replace"))
+
     def _failure_context(self) -> str:
         """Return where the guest's console is, and what it says of the kernel's failure, if it failed."""
-        console = _console(self.name)
-        failed = BROKEN.search(console.read_text(errors="replace"))
+        failed = self._kernel_failure()
         reason = f"Its kernel failed: {failed[0]}. " if failed else ""
-        return f"{reason}The console is {console}."
+        return f"{reason}The console is {_console(self.name)}."
 
     def _ask_world(self, request: dict[str, Any]) -> dict[str, Any]:
         try:
