@@ -9,6 +9,10 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 
+class GuaranteeViolated(Exception):
+    """What a trial must not show; the text says what it showed."""
+
+
 @dataclass(frozen=True)
 class Violation:
     """A guarantee that was violated.

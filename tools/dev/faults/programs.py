@@ -18,7 +18,7 @@ from sim_backend.firmware.vm.rxe import Type
 from sim_backend.firmware.vm.syscalls import CALLS
 
 from .assembler import Variables, Words, assemble, instruction, store
-from .campaign import Campaign, Tally, Violation
+from .campaign import Campaign, GuaranteeViolated, Tally, Violation
 from .hostile import mutated, peak_memory_kb
 from .program_mutation import compiled_programs, damaged
 
@@ -89,18 +89,14 @@ def run(seed: int, numbers: range) -> Tally:
         begun = time.process_time()
         try:
             outcome = _try(brick, rng, content)
-        except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
-            outcome = f"violated: {error!r}"
-        if time.process_time() - begun > TIME_LIMIT_S:
-            outcome = f"violated: it took {time.process_time() - begun:.0f} s"
-        if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
-            outcome = "violated: the batch needs more than 64 MB"
-            before_kb = peak_memory_kb()
-        if outcome.startswith("violated: "):
-            tally.violations.append(Violation(number, f"{outcome} {content.hex()}"))
-            brick = _brick(rng)
-        else:
+            if (took_s := time.process_time() - begun) > TIME_LIMIT_S:
+                raise GuaranteeViolated(f"it took {took_s:.0f} s")
+            if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
+                raise GuaranteeViolated("the batch needs more than 64 MB")
             tally.outcomes[outcome] += 1
+        except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
+            tally.violations.append(Violation(number, f"{error!r} {content.hex()}"))
+            brick, before_kb = _brick(rng), peak_memory_kb()
     return tally
 
 
@@ -142,9 +138,9 @@ def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     brick.io_control.power_word = brick.ui.registers.force_off = 0
     wrong = wrong_reply(brick)
     if pool != POOL_SIZE:
-        return f"violated: the memory pool has {pool} bytes"
+        raise GuaranteeViolated(f"the memory pool has {pool} bytes")
     if wrong:
-        return f"violated: {wrong}"
+        raise GuaranteeViolated(f"{wrong}")
     return f"{'started' if loaded and loaded[-1] == ProgramStatus.RUNNING else 'not started'}, {ended.name.lower()}"
 
 

@@ -24,7 +24,7 @@ from sim_backend.firmware.versions import VERSIONS
 from sim_backend.firmware.vm.memory import aligned
 
 from ...conformance.bench import Bench
-from .campaign import Campaign, Tally, Violation
+from .campaign import Campaign, GuaranteeViolated, Tally, Violation
 from .hostile import mutated
 from .program_mutation import COMPILED, damaged
 from .programs import TIME_LIMIT_S, random_program
@@ -88,13 +88,14 @@ def run(references: tuple[ReferenceFirmware, ...], folder: Path, seed: int, numb
         rng = Random(f"{seed} {number}")  # noqa: S311 - repeatable
         reference = rng.choice(references)
         content = _content(rng, _compiled(folder, reference.version))
-        outcome, seconds = compare(reference, content)
-        if seconds > TIME_LIMIT_S:
-            outcome = f"violated: it took {seconds:.0f} s"
-        tally.longest_s = max(tally.longest_s, seconds)
-        tally.outcomes[f"{reference.version}: {outcome.split(':')[0]}"] += 1
-        if outcome.startswith("violated: "):
-            tally.violations.append(Violation(number, f"{reference.version}: {outcome} {content.hex()}"))
+        try:
+            outcome, seconds = compare(reference, content)
+            tally.longest_s = max(tally.longest_s, seconds)
+            if seconds > TIME_LIMIT_S:
+                raise GuaranteeViolated(f"it took {seconds:.0f} s")
+            tally.outcomes[f"{reference.version}: {outcome}"] += 1
+        except GuaranteeViolated as violated:
+            tally.violations.append(Violation(number, f"{reference.version}: {violated} {content.hex()}"))
     return tally
 
 
@@ -116,14 +117,18 @@ def _content(rng: Random, compiled: list[bytes]) -> bytes:
 
 
 def compare(reference: ReferenceFirmware, content: bytes) -> tuple[str, float]:
-    """Return a program's outcome, and the simulated brick's processor time in seconds."""
+    """Return a program's outcome, and the simulated brick's processor time in seconds.
+
+    Raises:
+        GuaranteeViolated: The simulated brick fails, or shows another status.
+    """
     lines = conversation(reference.version, content)
     expected = answers(reference.command, lines)
     begun = time.process_time()
     try:
         found = simulated(reference.version, lines)
-    except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
-        return f"violated: {error!r}", time.process_time() - begun
+    except Exception as error:
+        raise GuaranteeViolated(repr(error)) from error
     seconds = time.process_time() - begun
     if expected is None:
         return "LEGO's firmware hangs or crashes", seconds
@@ -137,7 +142,7 @@ def compare(reference: ReferenceFirmware, content: bytes) -> tuple[str, float]:
         return "memory outside of the pool", seconds
     theirs, ours = _statuses(lines, expected), _statuses(lines, found)
     if theirs != ours:
-        return f"violated: status {','.join(ours)} instead of {','.join(theirs)}", seconds
+        raise GuaranteeViolated(f"status {','.join(ours)} instead of {','.join(theirs)}")
     return f"same status, another reply to {_first_difference(lines, expected, found)}", seconds
 
 

@@ -29,7 +29,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.files.loader import HANDLES
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
-from .campaign import Campaign, Tally, Violation
+from .campaign import Campaign, GuaranteeViolated, Tally, Violation
 from .hostile import mutated, peak_memory_kb
 
 BATCH = 250
@@ -247,16 +247,13 @@ def run(seed: int, numbers: range) -> Tally:
     for number in numbers:
         try:
             outcome = _transfer(rig, rng) if rng.random() < 0.1 else _request(rig, rng)
-            outcome = _after(rig, outcome)
-        except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
-            outcome = f"violated: {error!r}"
-        if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
-            outcome, before_kb = "violated: the batch needs more than 64 MB", peak_memory_kb()
-        if outcome.startswith("violated: "):
-            tally.violations.append(Violation(number, outcome))
-            rig = _Rig(rng)
-        else:
+            _check_after(rig, outcome)
+            if peak_memory_kb() - before_kb > MEMORY_LIMIT_KB:
+                raise GuaranteeViolated("the batch needs more than 64 MB")
             tally.outcomes[outcome] += 1
+        except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
+            tally.violations.append(Violation(number, repr(error)))
+            rig, before_kb = _Rig(rng), peak_memory_kb()
     return tally
 
 
@@ -275,9 +272,10 @@ def _request(rig: _Rig, rng: Random) -> str:
         outcome = f"{fault}: right value" if reply in sound else f"{fault}: changed value"
         echo = type(command).encode_reply(reply)[: len(head)]
         if outcome.endswith("changed value") and (fault not in (*CHANGES, *STREAMED[:2]) or echo != head):
-            return f"violated: {command} gets the reply {reply} ({fault})"
-    took_s = wire.now() - begun
-    return outcome if took_s <= LIMIT_S else f"violated: {command} took {took_s:.1f} s ({fault})"
+            raise GuaranteeViolated(f"{command} gets the reply {reply} ({fault})")
+    if (took_s := wire.now() - begun) > LIMIT_S:
+        raise GuaranteeViolated(f"{command} took {took_s:.1f} s ({fault})")
+    return outcome
 
 
 def _transfer(rig: _Rig, rng: Random) -> str:
@@ -297,16 +295,17 @@ def _transfer(rig: _Rig, rng: Random) -> str:
     except NXTError as error:
         outcome = f"{kind}: {type(error).__name__}"
     else:
-        outcome = f"{kind}: right" if right else f"violated: the {kind} is read wrong"
+        if not right:
+            raise GuaranteeViolated(f"the {kind} is read wrong")
+        outcome = f"{kind}: right"
     wire.rate, wire.faults = 0.0, allowed
-    took_s = wire.now() - begun
-    return outcome if took_s <= TRANSFER_LIMIT_S else f"violated: the {kind} took {took_s:.1f} s"
+    if (took_s := wire.now() - begun) > TRANSFER_LIMIT_S:
+        raise GuaranteeViolated(f"the {kind} took {took_s:.1f} s")
+    return outcome
 
 
-def _after(rig: _Rig, outcome: str) -> str:
-    """Return the outcome, unless the link does not answer the second request after the faults, or wrongly."""
-    if outcome.startswith("violated: "):
-        return outcome
+def _check_after(rig: _Rig, outcome: str) -> None:
+    """Check that the link answers the second request after the faults, and rightly."""
     tick = COMMAND.field("Tick")
     try:
         reply = rig.link.request(GetOutputState(OutputPort.B))
@@ -315,10 +314,9 @@ def _after(rig: _Rig, outcome: str) -> str:
     before = tick.decode(rig.link.request(tick.read()).data)
     after = tick.decode(rig.link.request(tick.read()).data)
     if reply.port is not OutputPort.B or not before < after:
-        return f"violated: the link is out of step after {outcome}"
+        raise GuaranteeViolated(f"the link is out of step after {outcome}")
     for handle in range(HANDLES):  # those whose number was lost stay open
         rig.wire.brick.loader.close(handle)
-    return outcome
 
 
 def reply_head(telegram: bytes) -> bytes:

@@ -22,7 +22,7 @@ from random import Random
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.framing import frame
 
-from .campaign import Campaign, Tally, Violation
+from .campaign import Campaign, GuaranteeViolated, Tally, Violation
 from .hostile_clients import KINDS, HostileClients
 
 SERVED_S = 3.0
@@ -38,10 +38,6 @@ Address = tuple[str, int]
 
 QUESTION = GetBatteryLevel().encode()
 VIEW = b"GET /camera.mjpg HTTP/1.0\r\n\r\n"
-
-
-class GuaranteeViolated(Exception):
-    """A violated guarantee."""
 
 
 class Server(ABC):

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from random import Random
-from typing import Any
 
 from firmware_protocol.direct import GetBatteryLevel, LSRead
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.framing import (
     BLUETOOTH_TELEGRAM_LIMIT,
     LENGTH_LIMIT,
@@ -18,7 +16,7 @@ from firmware_protocol.framing import (
     usb_packets,
 )
 from firmware_protocol.system import IOMapWrite, Read, Write
-from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command, Kind
+from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Kind
 from sim_backend.devices.analog import AnalogInput
 from sim_backend.devices.digital import GenericI2CDevice
 from sim_backend.doors.door import completed
@@ -28,7 +26,7 @@ from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 
 from .assembler import sample_program, store
-from .campaign import Campaign, Tally, Violation
+from .campaign import Campaign, GuaranteeViolated, Tally, Violation
 from .hostile import random_request
 
 BATCH = 250
@@ -88,16 +86,12 @@ def run(seed: int, numbers: range) -> Tally:
     for number in numbers:
         telegram = random_request(rng)
         try:
-            outcome = _try(rig, rng, telegram)
+            tally.outcomes[_try(rig, rng, telegram)] += 1
         except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
-            outcome = f"violated: {error!r}"
-        if outcome.startswith("violated: "):
             link = "Bluetooth" if rig.bluetooth else "USB"
-            text = f"{telegram.hex()} over {link}, firmware {rig.firmware}: {outcome}"
+            text = f"{telegram.hex()} over {link}, firmware {rig.firmware}: {error!r}"
             tally.violations.append(Violation(number, text))
             rig = _Rig(rng)
-        else:
-            tally.outcomes[outcome] += 1
     return tally
 
 
@@ -106,8 +100,6 @@ def _try(rig: _Rig, rng: Random, telegram: bytes) -> str:
     outcome = "incomplete"
     for request, reply in rig.exchange(*_pieces(rng, telegram) if rig.bluetooth else (telegram,)):
         outcome = _classified(rig, request, reply) if reply else "no reply"
-        if outcome.startswith("violated: "):
-            return outcome
     rig.advance(rng.choice(LONG_PAUSES_MS if rng.random() < 0.001 else PAUSES_MS))
     if rig.brick.powered_off:
         rig.revive()
@@ -116,7 +108,7 @@ def _try(rig: _Rig, rng: Random, telegram: bytes) -> str:
         rig.frames.reset()  # as a pause does
         replies = rig.exchange(frame(CHECK) if rig.bluetooth else CHECK)
         if len(replies) != 1 or not replies[0][1][LENGTH_SIZE if rig.bluetooth else 0 :].startswith(GOOD):
-            return f"violated: after it GetBatteryLevel gets the reply {replies}"
+            raise GuaranteeViolated(f"after it GetBatteryLevel gets the reply {replies}")
     return outcome
 
 
@@ -145,24 +137,26 @@ def _classified(rig: _Rig, request: bytes, reply: bytes) -> str:
     if rig.bluetooth:
         announced, reply, limit = int.from_bytes(reply[:LENGTH_SIZE], "little"), reply[LENGTH_SIZE:], LENGTH_LIMIT
         if announced != len(reply) and reply[1] != Read.opcode:  # long reads are cut short
-            return f"violated: a reply of {len(reply)} bytes announces {announced}"
+            raise GuaranteeViolated(f"a reply of {len(reply)} bytes announces {announced}")
     kind = request[0] & ~NO_REPLY
     if request[1:2] == bytes([IOMapWrite.opcode]) and len(reply) > 1:
         reply = reply[:1] + request[1:2] + reply[2:]  # what was written may have replaced the opcode
     command = COMMANDS.get((Kind(kind), reply[1])) if kind in tuple(Kind) and len(reply) > 1 else None
     if reply[:1] != bytes([Kind.REPLY]):
-        return f"violated: the reply is {reply.hex()}"
+        raise GuaranteeViolated(f"the reply is {reply.hex()}")
     if command is None or command.since > rig.firmware:
         return "unknown opcode"  # such a reply is longer than the request, also beyond the limit
     if rig.bluetooth and command is Read and len(reply) > limit:
         return "in pieces"  # docs/firmware.md section 2
     if not REPLY_HEADER <= len(reply) <= limit:
-        return f"violated: the reply is {reply.hex()}"
+        raise GuaranteeViolated(f"the reply is {reply.hex()}")
     if reply[2] not in command.success:
         # a refused LSRead is shorter by its bytes that wait; the driver reads no fields of a refusal
-        bare = len(reply) == REPLY_HEADER or command is LSRead
-        return "refused" if bare else _decoded(command, reply, "refused")
-    return _decoded(command, reply, "carried out")
+        if len(reply) != REPLY_HEADER and command is not LSRead:
+            command.decode_reply(reply)
+        return "refused"
+    command.decode_reply(reply)
+    return "carried out"
 
 
 def _is_write(request: bytes) -> bool:
@@ -175,17 +169,9 @@ def _classified_pieces(request: bytes, reply: bytes) -> str:
     while rest and rest[LENGTH_SIZE + 1 : LENGTH_SIZE + 2] != bytes([Read.opcode]):  # long reads are cut short
         end = LENGTH_SIZE + int.from_bytes(rest[:LENGTH_SIZE], "little")
         if len(rest) < end or replies == pieces:
-            return f"violated: a telegram of {pieces} pieces gets the reply {reply.hex()}"
+            raise GuaranteeViolated(f"a telegram of {pieces} pieces gets the reply {reply.hex()}")
         replies, rest = replies + 1, rest[end:]
     return "split"
-
-
-def _decoded(command: type[Command[Any]], reply: bytes, outcome: str) -> str:
-    try:
-        command.decode_reply(reply)
-    except RemoteProtocolError as error:
-        return f"violated: {error}"
-    return outcome
 
 
 CAMPAIGN = Campaign(
