@@ -392,6 +392,46 @@ def test_a_square_has_four_corners_and_may_begin_with_a_turn(tmp_path, body, sen
     assert re.search(sentence, done.stdout), done.stdout
 
 
+MISTAKES = [
+    (
+        "lines",
+        "count_lines(brick, rover):\n    return brick.light(5).percent",
+        "lines.py, line 2: LocalProtocolError: 5 is not a sensor port. Sensors are plugged into 1, 2, 3 or 4.",
+    ),
+    (
+        "square",
+        "drive_square(rover):\n    rover.straigth(400)",
+        "square.py, line 2: AttributeError: 'Rover' object has no attribute 'straigth'",
+    ),
+    ("square", "drive_square():\n    pass", "TypeError: drive_square() takes 0 positional arguments"),
+    (
+        "wall",
+        "stop_before_wall(brick, rover):\n    import time\n    while rover.drive(100, 0) is None:\n"
+        "        time.sleep(0.1)",
+        "wall.py, line 3: UserWarning: the program sleeps",
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "function", "sentence"), MISTAKES)
+def test_a_mistake_is_told_with_the_pupils_own_line_alone(tmp_path, name, function, sentence):
+    (tmp_path / f"{name}.py").write_text(f"def {function}\n", encoding="utf-8")
+    said = _pytest_in("lesson", "--tb=short", "-k", f"test_exercise and {name}", FOLDER=str(tmp_path)).stdout
+    assert sentence in said
+    assert "nxtdrive" not in said
+    assert "test_exercises.py:" not in said.partition("short test summary")[0]
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_never_told_to_stop_does_not_solve_the_wall(tmp_path):
+    program = "while rover.range_mm() > 320:\n        rover.drive(100, 0)\n        brick.sleep(0.05)"
+    (tmp_path / "wall.py").write_text(f"def stop_before_wall(brick, rover):\n    {program}\n", encoding="utf-8")
+    done = _pytest_in("lesson", "-k", "exercise_2", FOLDER=str(tmp_path))
+    assert "The robot still drives. Stop it." in done.stdout, done.stdout
+    assert "2 failed" in done.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("targets", "sentence"),
