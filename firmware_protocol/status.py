@@ -76,6 +76,8 @@ _REMEDIES = {
     Status.UNKNOWN_OPCODE: "This brick's firmware lacks this command; later versions have more (docs/protocol.md).",
     Status.OUT_OF_RANGE: "Check the port, and that the named file is on the brick.",
     Status.BUS_ERROR: "Check the sensor's cable and that it is plugged into the port you named.",
-    Status.CHANNEL_NOT_CONFIGURED: "Set the port to a digital sensor first and wait 20 ms; the bus may also be busy.",
+    Status.CHANNEL_NOT_CONFIGURED: (
+        "Use the port for no other sensor. Set it to a digital sensor first and wait 20 ms; the bus may also be busy."
+    ),
     Status.NO_ACTIVE_PROGRAM: "Start a program on the brick first.",
 }
