@@ -26,9 +26,15 @@ def checked(method: Callable[..., object], kind: type[Result], *arguments: objec
         arguments: Its arguments.
 
     Raises:
-        WrongReturn: It returned something else.
+        WrongReturn: It returned something else, or cannot be called with these arguments.
     """
-    result = method(*arguments)
+    try:
+        result = method(*arguments)
+    except TypeError as error:
+        if error.__traceback__ is None or error.__traceback__.tb_next:  # raised in the method
+            raise
+        what = {0: "no argument", 1: "its argument"}.get(len(arguments), "its arguments")
+        raise WrongReturn(f"{place(method)} does not take {what}: {error}") from error
     if isinstance(result, kind):
         return result
     article = "an" if kind.__name__[0] in "AEIO" else "a"
