@@ -100,7 +100,8 @@ def _error(seed=100):
             "({file}:5) returned object, not a RecoveryPolicy: it lacks select().",
         ),
         (
-            "@classmethod\n    def own_policy(cls, mission): return Policy()\n\nclass Policy:\n    def select(self): pass",
+            "@classmethod\n    def own_policy(cls, mission): return Policy()\n\n"
+            "class Policy:\n    def select(self): pass",
             "select() of mistaken:Policy ({file}:9) does not take its argument: Policy.select() takes 1 positional",
         ),
         ("def __init__(self): pass", "__init__() of mistaken:Mistaken ({file}:5) does not take the arguments of"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
@@ -64,6 +65,8 @@ def run(args: argparse.Namespace) -> int:
         robot.open()
         if listener is not None:
             stack.enter_context(_page(assistant, listener))
+        if sys.stdin is not None and sys.stdin.isatty():  # a person tries it, and would see nothing
+            write_error("waiting for an assistant on standard input (docs/mcp.md). Ctrl-C ends it.")
         serve(make_server(assistant), robot)
     if robot.failure:
         raise robot.failure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -51,6 +52,28 @@ def test_a_client_that_starts_the_command_drives_the_robot(tmp_path):
             assert json.loads(result.content[0].text)["ended"] == "done"
 
     anyio.run(converse)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a terminal of POSIX")
+def test_a_person_who_starts_it_in_a_terminal_is_told_what_it_waits_for(tmp_path):
+    ours, theirs = os.openpty()
+    try:
+        os.write(ours, b"\x04")  # Ctrl-D
+        done = subprocess.run(
+            [sys.executable, *COMMAND],
+            cwd=tmp_path,
+            stdin=theirs,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=True,
+        )
+    finally:
+        os.close(theirs)
+        os.close(ours)
+    assert done.stderr == "nxtdrive: waiting for an assistant on standard input (docs/mcp.md). Ctrl-C ends it.\n"
+    assert done.stdout == ""
 
 
 @pytest.mark.slow
