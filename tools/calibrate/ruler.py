@@ -6,6 +6,9 @@ import datetime
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
+
+from behaviors.mission.mistakes import mistakes
 from behaviors.mission.robot import RobotFile, RobotTable
 from nxtdrive.mission.body import build_rover
 
@@ -24,7 +27,7 @@ RADIUS_QUESTION = (
 )
 MAX_CORRECTION = 0.3
 """A larger correction is a slip of the pen, or wheels of another size."""
-
+AGAIN = "Measure again; if it is right, end this, and correct the wheels' diameter and track in the robot file first."
 
 DROVE_BACK = (
     "the robot drove back.",
@@ -33,20 +36,48 @@ DROVE_BACK = (
 TURNED_LEFT = "the robot turned to the left.", "Exchange the ports left and right in [robot] of the robot file."
 
 
-def _correction(name: str, counted: float, really: float, backwards: tuple[str, str]) -> float:
-    """Return the ratio of what a person measured to what the wheels counted.
+def _correction(
+    ask: Callable[[str], float], question: str, counted: float, backwards: tuple[str, str], beyond: float = 0.0
+) -> float:
+    """Ask until the answer is plausible: a slip of the pen, or another unit, must not cost the drives so far.
+
+    Args:
+        ask: Asks for a number.
+        question: What a person measured.
+        counted: What the wheels counted.
+        backwards: What it means that the robot moved the other way, and what to do then.
+        beyond: What the answer is measured from.
+
+    Returns:
+        The ratio of what was measured to what the wheels counted.
 
     Raises:
-        CalibrationRefused: They differ too much, or the robot moved the other way.
+        CalibrationRefused: The robot moved the other way.
     """
-    if really < 0:
-        raise CalibrationRefused(backwards[0], remedy=backwards[1])
-    if abs(really / counted - 1) > MAX_CORRECTION:
-        raise CalibrationRefused(
-            f"the {name} you measured is {really / counted:.0%} of what the wheels counted.",
-            remedy="Measure again; if it is right, correct the wheels' diameter and track in the robot file first.",
-        )
-    return really / counted
+    text = question
+    while True:
+        really = beyond + ask(text)
+        if really < 0:
+            raise CalibrationRefused(backwards[0], remedy=backwards[1])
+        ratio = really / counted
+        if abs(ratio - 1) <= MAX_CORRECTION:
+            return ratio
+        text = f"That is {ratio:.0%} of what the wheels counted. {AGAIN} {question}"
+
+
+def _ask_radius(ask: Callable[[str], float], track_mm: float) -> float:
+    """Ask until the robot's radius is plausible; 0 for that of the robot file."""
+    text = RADIUS_QUESTION
+    while radius_mm := ask(text):
+        if radius_mm < track_mm / 2:
+            wrong = f"A radius of {radius_mm:g} mm does not reach the wheels, which are {track_mm:g} mm apart."
+        else:
+            try:
+                return RobotTable(radius_mm=round(radius_mm, 1)).radius_mm
+            except ValidationError as error:
+                wrong = f"{'; '.join(mistakes(error, RobotTable))}."
+        text = f"{wrong} {RADIUS_QUESTION}"
+    return 0.0
 
 
 def calibrate_by_ruler(
@@ -94,23 +125,18 @@ def _measure(
     straight = rover.straight(STRAIGHT_MM)
     if not straight.done:
         raise CalibrationRefused(f"the drive was ended: {straight.stop}.", remedy="Clear the floor and start again.")
-    really_mm = ask("How many millimetres did it drive (negative: backwards)?")
-    longer = _correction("distance", straight.distance_mm, really_mm, DROVE_BACK)
+    longer = _correction(
+        ask, "How many millimetres did it drive (negative: backwards)?", straight.distance_mm, DROVE_BACK
+    )
     ready(f"Mark where it points. Then it turns {TURNS} times to the right.")
     turn = rover.turn(360.0 * TURNS)
     if not turn.done:
         raise CalibrationRefused(f"the turn was ended: {turn.stop}.", remedy="Clear the floor and start again.")
-    over_deg = ask(f"How many degrees beyond {TURNS} full turns did it turn to the right (negative: fewer)?")
-    turned_more = _correction("turn", turn.turned_deg, 360.0 * TURNS + over_deg, TURNED_LEFT)
-    radius_mm = ask(RADIUS_QUESTION)
+    question = f"How many degrees beyond {TURNS} full turns did it turn to the right (negative: fewer)?"
+    turned_more = _correction(ask, question, turn.turned_deg, TURNED_LEFT, beyond=360.0 * TURNS)
     diameter_mm = round(robot.wheel_diameter_mm * longer, 2)
     track_mm = round(robot.turning_track_mm * longer / turned_more, 1)  # by which the turns were counted
     values = {"wheel_diameter_mm": diameter_mm, "axle_track_mm": track_mm}
-    if not radius_mm:
-        return values
-    if radius_mm < track_mm / 2:
-        raise CalibrationRefused(
-            f"a radius of {radius_mm:g} mm does not reach the wheels, which are {track_mm:g} mm apart.",
-            remedy="Measure from the middle between the wheels to the farthest point of the robot.",
-        )
-    return {**values, "radius_mm": round(radius_mm, 1)}
+    if radius_mm := _ask_radius(ask, track_mm):
+        values["radius_mm"] = radius_mm
+    return values

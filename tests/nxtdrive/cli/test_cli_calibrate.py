@@ -167,35 +167,36 @@ def test_wheels_are_measured_by_ruler(here, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("driven", "radius", "said"),
+    ("answers", "said"),
     [
-        ("100", "", "is 10% of what the wheels counted"),
-        ("1000", "14", "a radius of 14 mm does not reach the wheels"),
         (
-            "1000",
-            "1400",
-            "radius_mm: must be 500 or less, not 1400.0 (radius_mm is a number in millimetres). Measure again",
+            ["", "100", "", "1000", "", "0", ""],
+            ["That is 10% of what the wheels counted", "That is 0% of what the wheels"],
         ),
+        (["", "1000", "", "3600", "0", ""], ["That is 300% of what the wheels counted"]),
+        (["", "1000", "", "0", "14", "140"], ["A radius of 14 mm does not reach the wheels"]),
+        (["", "1000", "", "0", "1400", "140"], ["radius_mm: must be 500 or less, not 1400.0"]),
     ],
 )
-def test_a_ruler_in_another_unit_is_refused(here, monkeypatch, capsys, driven, radius, said):
-    answers = iter(["", driven, "", "0", radius])
-    monkeypatch.setattr("builtins.input", lambda: next(answers))
-    assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
-    refusal = capsys.readouterr().err
-    assert said in refusal
-    assert "sheet" not in refusal
+def test_a_slip_of_the_pen_is_asked_again_and_costs_no_drive(here, monkeypatch, capsys, answers, said):
+    rest = iter(answers)
+    monkeypatch.setattr("builtins.input", lambda: next(rest))
+    assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == DONE
+    assert list(rest) == []
+    printed = capsys.readouterr().err
+    assert [printed.count(each) for each in said] == [1] * len(said)
+    assert printed.count("Then the robot drives one metre ahead") == 1
+    assert "sheet" not in printed
 
 
 @pytest.mark.parametrize(
     ("answers", "said"),
     [
-        (["", "100"], "you measured is 10%"),  # nobody has to measure the turns after that
         (["", "-990"], "the robot drove back. Set left_reversed and right_reversed"),
         (["", "1000", "", "-3600"], "the robot turned to the left. Exchange the ports left and right"),
     ],
 )
-def test_a_measurement_that_cannot_be_is_refused_at_once(here, monkeypatch, capsys, answers, said):
+def test_a_robot_that_moves_the_other_way_is_refused_at_once(here, monkeypatch, capsys, answers, said):
     rest = iter(answers)
     monkeypatch.setattr("builtins.input", lambda: next(rest))
     assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
