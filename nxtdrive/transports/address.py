@@ -7,13 +7,13 @@
     serial:///dev/rfcomm0         a Bluetooth serial port         serial://COM5        the same on Windows
     tcp://localhost:2727          a brick served over the network
     nxt-server://localhost:2727   a brick served by nxt-python's nxt-server
-    sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
+    sim://                        the simulator                   sim://my-room.toml?seed=7&latency_ms=30
     replay://bug.nxttrace         a recording as a brick          record://bug.nxttrace?nxt=usb://  makes one
 
 A ``?`` in the name of a file is written ``%3F``, and a ``%`` before ``3F`` or ``25`` is written ``%25``.
 
 Text with a recognisable shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
-``0016530A1B2C``, ``localhost:2727``, ``arena.toml``.
+``0016530A1B2C``, ``localhost:2727``, ``my-room.toml``.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ def load_world(source: str | Path, *, read_images: bool = False) -> WorldFile:
     """Load the world in a file.
 
     Args:
-        source: Path of a TOML file, or the name of a bundled world, with or without ".toml".
+        source: Path of a TOML file, or the name of a bundled world, without ".toml".
         read_images: Whether to read all image files as well, so that an unreadable one is among the mistakes.
 
     Raises:
@@ -90,7 +90,7 @@ def _find(path: Path) -> Path:
     candidates = [path]
     if path.parent == Path():
         # a file without a suffix hides no bundled world: other files are called "open" or "track", too
-        candidates = [WORLDS / f"{path}.toml", path, WORLDS / path]
+        candidates = [WORLDS / f"{path}.toml", path]
     for candidate in candidates:
         if os.path.isfile(candidate):
             return candidate

@@ -60,7 +60,7 @@ def mistakes_in(text: str) -> list[str]:
 
 @pytest.mark.parametrize("path", sorted(WORLDS.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_bundled_world_is_good(path):
-    assert load_world(path.stem) == load_world(path) == load_world(path.name)
+    assert load_world(path.stem) == load_world(path)
 
 
 def test_a_file_of_another_program_is_not_checked_key_by_key(tmp_path):
@@ -95,6 +95,12 @@ def test_a_file_hides_a_bundled_world_only_if_it_has_its_whole_name(tmp_path, mo
         Path(name).write_text("[floor]\nsize_mm = [900, 900]\n[robot]\nstart_mm = [400, 400]\n")
     assert load_world("open").pictures
     assert not load_world("open.toml").pictures
+
+
+def test_a_file_of_your_own_that_is_not_there_is_no_bundled_world(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=r"there is no world file room\.toml\. Did you mean 'room'"):
+        load_world("room.toml")
 
 
 @pytest.mark.parametrize("path", ["rooms/open.toml", "rooms/open", "/no/such/folder/open.toml"])
