@@ -63,13 +63,22 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """End a test at its `real_time_limit`, and say in one sentence where a program exceeded a limit of time."""
     marker = item.get_closest_marker("real_time_limit")
     try:
-        with _ended_after(item.config, *marker.args, **marker.kwargs) if marker else nullcontext():
+        with _ended_after(item.config, _limit_s(marker)) if marker else nullcontext():
             return (yield)
     finally:
         world: SimWorld | None = getattr(item, "funcargs", {}).get("sim_world")
         if world and (error := world.overrun) and not _ending():  # even if the program has caught it
             # without its cause, whose sentence pytest would print a second time
             raise pytest.fail.Exception(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False) from None
+
+
+def _limit_s(marker: pytest.Mark) -> float:
+    """Return the seconds of a marker `real_time_limit`."""
+    given = [*marker.args, *marker.kwargs.values()]
+    if len(given) == 1 and marker.kwargs.keys() <= {"seconds"} and isinstance(given[0], int | float) and given[0] > 0:
+        return given[0]
+    text = "the marker real_time_limit needs a number of seconds above 0, as in real_time_limit(30)."
+    raise pytest.fail.Exception(text, pytrace=False)
 
 
 @contextmanager

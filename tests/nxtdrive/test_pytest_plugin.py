@@ -72,6 +72,15 @@ def test_a_loop_that_does_nothing_with_the_brick_is_ended(outcomes, body):
     assert "def interrupted" not in text, "the message is enough"
 
 
+@pytest.mark.parametrize("given", ["", "()", "('x')", "(0)", "(1, 2)", "(minutes=1)"])
+def test_a_limit_that_is_no_number_of_seconds_is_named(outcomes, given):
+    test = f"import pytest\n\n@pytest.mark.real_time_limit{given}\ndef test_it(): pass\n"
+    counts, text = outcomes(test)
+    assert counts == {"failed": 1}
+    assert "the marker real_time_limit needs a number of seconds above 0, as in real_time_limit(30)." in text
+    assert "_ended_after" not in text
+
+
 @pytest.mark.slow
 def test_a_program_that_catches_all_that_should_end_it_ends_the_test_run(pytester):
     pytester.makepyfile(
