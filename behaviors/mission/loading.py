@@ -49,7 +49,7 @@ def load_mission(
         path: The TOML file.
         picture_folders: Where else pictures are looked for when they do not lie beside the file.
         robot: The robot file; by default the one that the mission names.
-        default_robot: The robot file if neither is given; ``$NXT_ROBOT`` names it.
+        default_robot: The robot file if neither is given: that of ``$NXT_ROBOT`` or of the folder.
 
     Returns:
         The mission; its pictures are absolute paths of files that exist.
@@ -113,7 +113,12 @@ def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, default: 
     try:
         return None if chosen is None else load_robot_file(chosen)
     except RobotFileError as error:
-        origin = "" if robot else f"{path}: mission.robot_file: " if isinstance(named, str) else f"{ROBOT_VARIABLE}: "
+        if robot:
+            origin = ""
+        elif isinstance(named, str):
+            origin = f"{path}: mission.robot_file: "
+        else:
+            origin = f"{ROBOT_VARIABLE}: " if os.environ.get(ROBOT_VARIABLE) else ""  # or it is that of the folder
         raise MissionError(f"{origin}{error.message}", [f"{chosen}: {each}" for each in error.mistakes]) from None
 
 

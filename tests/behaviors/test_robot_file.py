@@ -146,7 +146,8 @@ def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
         (MISSION, "absent.toml", "absent.toml: cannot be read"),
     ],
 )
-def test_a_missing_robot_file_is_reported_with_what_named_it(tmp_path, mission, robot, said):
+def test_a_missing_robot_file_is_reported_with_what_named_it(tmp_path, monkeypatch, mission, robot, said):
+    monkeypatch.setenv("NXT_ROBOT", str(tmp_path / "gone.toml"))
     path = _file(tmp_path, "m.toml", mission)
     with pytest.raises(MissionError, match=said):
         load_mission(path, robot=tmp_path / robot if robot else None, default_robot=tmp_path / "gone.toml")

@@ -53,7 +53,9 @@ def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     assert main(["web", "--port", "0", "--folder", str(tmp_path)]) == 2
-    assert "robot.radius_mm" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "robot.radius_mm" in said
+    assert "NXT_ROBOT" not in said
 
 
 def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_path, monkeypatch, capsys):
