@@ -11,7 +11,7 @@ from .motions import ShortMotion
 
 Task = ShownMission | ShownCalibration | ShortMotion
 
-STOPPED = "The robot is stopped. Release the stop first."
+STOPPED = "The robot is stopped. A person must release the stop on the page first."
 
 
 class TaskSlot:

@@ -309,7 +309,7 @@ def test_why_something_is_refused_can_be_read(browser, opened):
     browser.find_element(By.ID, "stop").click()
     _until(browser, "stop", "release")
     browser.find_element(By.ID, "start").click()
-    _until(browser, "notice", "Release the stop first.")
+    _until(browser, "notice", "A person must release the stop on the page first.")
     browser.execute_async_script("setTimeout(arguments[0], 500)")  # some states of the robot later
     assert browser.find_element(By.ID, "notice").is_displayed()
 
