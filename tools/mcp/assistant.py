@@ -112,6 +112,7 @@ class Assistant:
             end_count: The robot's when it was asked for; see `TaskSlot`.
         """
         mission = self.missions.load(name, profile or None)
+        self._check_nobody_drives()
         begun, until_s = self.status_hub.begun, time.monotonic() + BEGIN_S
         self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), end_count=end_count)
         while self.status_hub.begun == begun and self.robot.busy and time.monotonic() < until_s:
@@ -165,11 +166,15 @@ class Assistant:
     def _begin(self, begin: Callable[[Rover], Motion[MotionResult]] | None) -> ShortMotion:
         if self.status_hub.lost:
             raise ValueError(f"{self.status_hub.lost} It is tried again and again.")
-        if begin is not None and any(self.robot.controls.wanted(self.robot.time_s)):
-            raise ValueError("A person is driving the robot by hand. Try again later.")
+        if begin is not None:
+            self._check_nobody_drives()
         motion = ShortMotion(begin)
         self.robot.start(motion)
         return motion
+
+    def _check_nobody_drives(self) -> None:
+        if any(self.robot.controls.wanted(self.robot.time_s)):
+            raise ValueError("A person is driving the robot by hand. Try again later.")
 
 
 def _next(latest: Callable[[], T]) -> T:

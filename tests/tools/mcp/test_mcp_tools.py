@@ -251,6 +251,18 @@ def test_a_call_that_is_cancelled_stops_the_robot(slow, mode):
 
 
 @pytest.mark.slow
+def test_the_assistant_does_not_drive_while_a_person_does(slow):
+    async def talk(call: Call) -> None:
+        for tool, arguments in (("drive_mm", {"distance_mm": 100}), ("turn", {"angle_deg": 10}), ("mission_run", {})):
+            slow.robot.drive(0.0, 0.0)  # the pad has been let go
+            slow.robot.drive(0.0, 0.3)
+            assert "A person is driving the robot by hand." in await call(tool, **arguments)
+        assert not (await call("mission_status"))["running"]
+
+    _converse(slow, talk)
+
+
+@pytest.mark.slow
 def test_a_persons_stop_is_not_released_by_the_assistant(slow):
     async def talk(call: Call) -> None:
         slow.robot.stop()
