@@ -2,9 +2,9 @@
 
 import pytest
 
-from firmware_protocol.direct import LSWrite, SetInputMode
+from firmware_protocol.direct import LSRead, LSWrite, SetInputMode
 from firmware_protocol.enums import InputPort, SensorMode, SensorType
-from firmware_protocol.errors import BrickError, LocalProtocolError
+from firmware_protocol.errors import BrickError, LinkTimeout, LocalProtocolError
 from firmware_protocol.status import Status
 from nxtdrive.sensors import I2CSensor
 from sim_backend.devices import GenericI2CDevice, TouchSensor, UltrasonicSensor
@@ -81,6 +81,55 @@ def test_a_register_can_be_fetched_later(lab):
         assert sensor.fetch() is None, "the bus is busy"
         room.brick.sleep(0.02)
         assert sensor.fetch() == value
+
+
+def test_a_byte_that_was_not_fetched_is_not_that_of_the_next_register(lab):
+    room = lab()
+    room.attach(4, GenericI2CDevice()).write(bytes((0x10, 11, 22, 33)))
+    sensor = I2CSensor(room.brick.link, 4)
+    sensor.start_read(0x10)
+    room.brick.sleep(0.02)
+    sensor.start_read(0x12)
+    assert sensor.fetch() is None
+    room.brick.sleep(0.02)
+    assert sensor.fetch() == 33
+
+
+def test_a_byte_whose_request_was_lost_is_not_that_of_the_next_register(lab):
+    room = lab()
+    room.attach(4, GenericI2CDevice()).write(bytes((0x10, 11, 22, 33)))
+    sensor = I2CSensor(room.brick.link, 4)
+    assert sensor.read(0x11, 1) == bytes((22,))
+    deliver = room.simulation.deliver
+    lost = LSRead(InputPort.IN_4).encode()
+    room.simulation.deliver = lambda telegram: None if telegram == lost else deliver(telegram)
+    with pytest.raises(LinkTimeout):
+        sensor.read(0x10, 1)
+    room.simulation.deliver = deliver
+    assert sensor.read(0x12, 1) == bytes((33,))
+
+
+def test_a_write_to_a_sensor_that_is_not_there_is_an_error(lab):
+    room = lab()
+    room.attach(4, None)
+    with pytest.raises(BrickError) as caught:
+        I2CSensor(room.brick.link, 4).write(0x10, 1)
+    assert caught.value.status is Status.BUS_ERROR
+
+
+@pytest.mark.parametrize("fails", ["fetched", "started anew"])
+def test_a_measurement_that_a_reset_of_its_port_ends_can_be_started_again(lab, fails):
+    room = lab()
+    room.attach(3, UltrasonicSensor(lambda: 40))
+    sonar = room.brick.ultrasonic(3)
+    sonar.set_up()
+    sonar.start()
+    room.brick.request(SetInputMode(InputPort.IN_3, SensorType.NONE, SensorMode.RAW))
+    with pytest.raises(BrickError):
+        sonar.poll() if fails == "fetched" else sonar.start()
+    sonar.start()
+    room.brick.sleep(0.05)
+    assert sonar.poll() == (True, 400.0)
 
 
 def test_a_measurement_that_begins_during_another_one_is_not_taken_for_no_echo(lab):
