@@ -174,8 +174,8 @@ def test_a_snapshot_has_all_echoes_and_the_sensor_measures_on_afterwards(lab):
     assert device.pings == 1
     device.echoes_cm[0] = 90
     assert sonar.distance_mm == 900.0
+    assert sonar.snapshot() == (300.0, 900.0, 1200.0)
     device.echoes_cm[0] = 80
-    assert sonar.snapshot() == (300.0, 800.0, 1200.0)
     sonar.start()
     room.brick.sleep(0.05)
     assert sonar.poll() == (True, 800.0)
