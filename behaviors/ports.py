@@ -263,6 +263,10 @@ class Body(Protocol):
         """Return whether the bumper is pressed; False without a sensor."""
         ...
 
+    def dead_wheels(self) -> Sequence[str]:
+        """Return which wheels, ``left`` and ``right``, have stalled several times and never turned."""
+        ...
+
     def distrust_sonar(self, why: str) -> None:
         """Leave the sonar out of the safety stop, as if it had failed; `why` in words."""
         ...

@@ -122,6 +122,7 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
         sighting=None if sighting is None else sighting_values(sighting),
     )
     if context.wiring is not None:
+        context.wiring.check_motors(context.body.dead_wheels())
         context.wiring.look(context.clock.now(), pose, range_mm, sighting)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -164,6 +164,27 @@ class WiringCheck:
             for wiring in WIRINGS
         }
         self._over = False
+
+    def check_motors(self, dead_wheels: Sequence[str]) -> None:
+        """Check that the wheels turn.
+
+        Args:
+            dead_wheels: Those of ``left`` and ``right`` that have stalled several times and never turned.
+
+        Raises:
+            WrongWiring: There are any.
+        """
+        if not dead_wheels:
+            return
+        ports = [str(getattr(self._robot, side)) for side in dead_wheels]
+        if len(ports) > 1:
+            what = f"The motors of both wheels, on ports {ports[0]} and {ports[1]}, have"
+        else:
+            what = f"The {dead_wheels[0]} wheel's motor, on port {ports[0]}, has"
+        raise WrongWiring(
+            f"{what} not turned at all so far. Is the motor's cable plugged in there, at both ends? Does the wheel "
+            "turn freely? If the motor is on another port, write that into [robot] as left or right."
+        )
 
     def look(self, time_s: float, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
         """Learn from a look.

@@ -114,6 +114,10 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.touching()
 
+    def dead_wheels(self) -> list[str]:
+        """Return which wheels, ``left`` and ``right``, have stalled several times and never turned."""
+        return self._rover.dead_wheels()
+
     def distrust_sonar(self, why: str) -> None:
         """Leave the sonar out of the safety stop, as if it had failed."""
         self._rover.use_sonar(use=False)

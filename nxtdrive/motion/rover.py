@@ -214,7 +214,9 @@ class Rover:
                 turning = lease.drive(sign * speed / excess)
                 if not turning or abs(speed) / excess < SEEN_DEG_S:
                     stall.restart(self._link.now())
-            if any(stall.stalled for stall in self._stalls):
+            if stalled := [stall for stall in self._stalls if stall.stalled]:
+                for stall in stalled:
+                    stall.count()
                 self.stop()
                 return StopReason.STALLED
         return None
@@ -271,6 +273,10 @@ class Rover:
         """Return whether the bumper is pressed; False without one."""
         with self._sensor_lock:
             return self._monitor.touching()
+
+    def dead_wheels(self) -> list[str]:
+        """Return which wheels, ``left`` and ``right``, never turn: see `StallDetector.dead`."""
+        return [side for side, stall in zip(("left", "right"), self._stalls, strict=True) if stall.dead]
 
     def use_sonar(self, *, use: bool) -> None:
         """Set whether echoes may stop the robot; without them only the bumper does."""
@@ -333,8 +339,9 @@ class Rover:
             brake_all(self._leases)
             return MotionResult(reason, 0.0, 0.0)
         self._driving = False
+        turning = [wheel.port for wheel in wheels]
         for lease, port in zip(self._leases, self._ports, strict=True):
-            if port not in [wheel.port for wheel in wheels]:  # it may still turn under its last lease
+            if port not in turning:  # it may still turn under its last lease
                 self._link.mark_driven(port)
                 lease.brake()
         guard = self._guard if guarded else unguarded
@@ -343,6 +350,10 @@ class Rover:
             self._link, wheels, profile, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s
         )
         stop = yield from move.steps(angle_deg)
+        if stop is StopReason.STALLED:
+            for stall, port in zip(self._stalls, self._ports, strict=True):
+                if port in turning:
+                    stall.count()
         self._correct_heading()
         return MotionResult(stop, self._odometry.distance_mm - begin_mm, self._odometry.turned_deg - begin_deg)
 

@@ -92,6 +92,9 @@ class RandomPorts:
     def touching(self) -> bool:
         return False
 
+    def dead_wheels(self) -> list[str]:
+        return []
+
     def keep_alive(self) -> None:
         self._answer()
 

@@ -8,6 +8,7 @@ from behaviors.events import Event, Reason
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from behaviors.mission import Mission
+from sim_backend.simulation import Simulation
 
 CAMERA_LOOKS_BACK = {"left": "C", "right": "B", "left_reversed": True, "right_reversed": True}
 
@@ -40,6 +41,34 @@ def test_a_wrong_wiring_ends_the_mission(perform, mission_for, robot, keys, with
 def test_the_thesis_checks_it_too(perform, mission_for):
     mission = described(mission_for("lena"), left_reversed=True, right_reversed=True)
     assert perform("open", mission, geometric=True).report.ending is Ending.WRONG_WIRING
+
+
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+@pytest.mark.parametrize(
+    ("ports", "wheels"),
+    [("B", "The left wheel's motor, on port B, has"), ("BC", "The motors of both wheels, on ports B and C, have")],
+)
+def test_a_motor_that_is_not_plugged_in_ends_the_mission(perform, mission_for, profile, ports, wheels):
+    def unplug(simulation: Simulation) -> None:
+        for port in ports:
+            simulation.brick.attach_motor(port, None)
+
+    done = perform("room", mission_for("lena", profile=profile), geometric=True, arrange=unplug)
+    assert done.report.ending is Ending.WRONG_WIRING
+    assert done.report.error.startswith(wheels)
+    assert done.report.duration_s < 20.0
+    assert done.simulation.truth.speed_mm_s < 1.0
+
+
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_a_motor_whose_cable_is_loose_later_does_not(perform, mission_for, profile):
+    """Its wheel has turned, so something may only hold it."""
+
+    def unplug_later(simulation: Simulation) -> None:
+        simulation.at(3000, lambda: simulation.brick.attach_motor("B", None))
+
+    done = perform("room", mission_for("lena", profile=profile), geometric=True, arrange=unplug_later)
+    assert done.report.ending in (Ending.GIVEN_UP, Ending.TIME_UP)
 
 
 def test_a_robot_as_described_reaches_its_target(perform, mission_for):
