@@ -373,6 +373,15 @@ def test_a_simulated_robot_that_is_built_otherwise_than_the_mission_says_is_repo
     assert all(part in hint for part, hint in zip(said, review.hints, strict=True))
 
 
+@pytest.mark.parametrize(("battery_mv", "hints"), [(8000, 0), (7100, 0), (6940, 1)])
+def test_a_weak_battery_is_reported_once(battery_mv, hints, mission_for):
+    review = RunReview(ReviewedRun(mission_for("lena"), None), lambda _: None)
+    for time_s in (0.0, 30.0):
+        review(Record(time_s, RecordKind.CALL, "search", "lena", {"verb": "arrive", "battery_mv": battery_mv}))
+    assert len(review.hints) == hints
+    assert all("6.9 V" in hint and "Charge it" in hint for hint in review.hints)
+
+
 def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_for(mission_for):
     said: list[str] = []
     review = RunReview(ReviewedRun(mission_for("lena"), None), said.append)

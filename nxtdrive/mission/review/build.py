@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 from behaviors.events import Reason
 from behaviors.mission.robot import brick_id
 from firmware_protocol.errors import NXTError
+from nxtdrive.brick import LOW_BATTERY_MV, Brick
 from nxtdrive.mission.review.recognition import GIVEN_UP
 from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
-
-if TYPE_CHECKING:
-    from nxtdrive.brick import Brick
 
 WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
 BUILD_TOLERANCE = 0.1
@@ -54,6 +51,20 @@ def another_brick(run: ReviewedRun, brick: Brick) -> Hints:
                 "Name this robot's file with --robot, or make one: nxtdrive calibrate --robot FILE."
             )
             yield "", text
+
+
+class WeakBattery:
+    """Check at each call whether the battery is weak, until it is."""
+
+    def __init__(self) -> None:
+        self._reported = False
+
+    def __call__(self, _: ReviewedRun, moment: Moment) -> Hints:
+        """Report a weak battery once."""
+        if not self._reported and moment.battery_mv is not None and moment.battery_mv < LOW_BATTERY_MV:
+            self._reported = True
+            volts = f"{moment.battery_mv / 1000:.1f} V"
+            yield "", f"The battery is weak ({volts}). Charge it: motors are slow, and the brick may switch itself off."
 
 
 def ports(run: ReviewedRun, moment: Moment) -> Hints:

@@ -22,7 +22,7 @@ Hints = Iterator[tuple[str, str]]
 
 
 class Moment:
-    """What the record of a transition or of the end says; nothing if made from any other record.
+    """What the record of a transition, of the end or of a call says; nothing if made from any other record.
 
     Attributes:
         target: The target being pursued.
@@ -32,6 +32,7 @@ class Moment:
         ending: How the mission ended; None before its end.
         evidence: What the skill measured; empty if it reports nothing, as one of another package may.
         sighting: The sighting in that evidence; likewise.
+        battery_mv: Voltage of the battery at a call; None otherwise.
     """
 
     def __init__(self, record: Record) -> None:
@@ -42,6 +43,8 @@ class Moment:
         self.ending = data.get("ending")
         self.evidence: Mapping[str, Any] = data.get("evidence", {})
         self.sighting: Mapping[str, Any] = self.evidence.get("sighting", {})
+        battery_mv = record.data.get("battery_mv") if record.kind is RecordKind.CALL else None
+        self.battery_mv = battery_mv if isinstance(battery_mv, int) else None
 
 
 @dataclass

@@ -38,6 +38,7 @@ class RunReview:
             recognition.not_in_this_world,
             recognition.too_high,
             recognition.not_recognised,
+            build.WeakBattery(),
             build.ports,
             sizes.StopsBeforeTarget(),
             recognition.not_reached,
