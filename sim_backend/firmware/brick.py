@@ -31,12 +31,14 @@ from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.motors.output import MotorPlant, OutputModule
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_tables import RadioTables
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.sensors.input_port import AnalogSensor
 from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui.pages import Modules
 from sim_backend.firmware.ui.ui_module import UiModule
 from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
 from sim_backend.firmware.vm.calibrations import Calibrations
@@ -137,9 +139,7 @@ class SimBrick:
         self.bluetooth = BluetoothComm(handlers, link, version, self.radio.inbox)
 
     def _make_ui(self, version: Version, buttons: Sequence[Button]) -> UiModule:
-        return UiModule(
-            self._clock,
-            version,
+        modules = Modules(
             buttons=buttons,
             screen=self._screen,
             sound=self.sound,
@@ -151,6 +151,7 @@ class SimBrick:
             radio=self.radio,
             io_control=self.io_control,
         )
+        return UiModule(self._clock, version, modules)
 
     def _handlers(self, version: Version, link: CommandLink, comm_map: LiveMap) -> Handlers:
         return handlers_of(
@@ -183,6 +184,7 @@ class SimBrick:
         for live in maps:
             name = live.layout.name
             live.boot(version.map_sizes.get(name, live.size), version.map_presets.get(name, {}))
+        self.radio.tables = RadioTables(maps[0].bytes_from("DeviceName"))
         return maps
 
     def _equip(self, mailboxes: Mailboxes, calibrations: Calibrations) -> Devices:

@@ -37,7 +37,7 @@ class IoControl:
 
     def announce_power_down(self) -> None:
         """Show the command to switch off in the map, a pass before it is sent."""
-        self._word, self._announced, self.stays_on = POWER_DOWN, True, False
+        self._sent, self._word, self._announced, self.stays_on = self.power_command << 8, POWER_DOWN, True, False
 
     def send(self) -> None:
         """Send the command of the map."""

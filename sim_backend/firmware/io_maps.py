@@ -20,7 +20,6 @@ from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.ui_module import UiModule
 
 _BLUECORE_VERSION = b"\1\0"
-_FREE_CONNECTIONS, _NO_HANDLE = (1, 2, 3), 0xFF
 
 
 def output_map(module: OutputModule) -> LiveMap:
@@ -131,8 +130,7 @@ def sound_map(module: SoundModule) -> LiveMap:
 def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     """Make the map of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
-    live.bind(module.registers, LMSfilename="program_name", Flags="flags")
-    live.bind(module, State="map_state")  # after the others: a written state uses them
+    live.bind(module.registers, LMSfilename="program_name", Flags="flags", State="state")
     live.bind(
         module.registers,
         Button="button",
@@ -163,8 +161,6 @@ def comm_map(radio: Radio, high_speed: HighSpeed, registers: UiRegisters) -> Liv
     live.bind(high_speed, HsSendInPtr="to_send", HsSendOutPtr="sent")
     live.show(registers, UsbState="has_cable")
     live.preset("BluecoreVersion", _BLUECORE_VERSION)
-    for connection in _FREE_CONNECTIONS:
-        live.preset("ConnectionHandle", _NO_HANDLE, connection)
     return live
 
 

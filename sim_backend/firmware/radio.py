@@ -12,27 +12,19 @@ from operator import itemgetter
 from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState
-from sim_backend.firmware.radio_operation import STREAM_ENDS_MS, Operation
+from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded
+from sim_backend.firmware.radio_operation import SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Operation
+from sim_backend.firmware.radio_tables import RadioTables
 
 DEFAULT_NAME = b"NXT"
 
 _ADDRESS_SIZE = 6
-
-_STARTED, _VISIBLE = 1, 2
-"""Bits that the start of the radio sets in the map's state of it, one pass after the other."""
 
 RING = 128
 """Size of the ring buffer of what the radio sends."""
 
 _PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
 """Place of the radio's next byte after a boot, which its answers to the firmware determine."""
-
-_TIME_OUT_MS = 494
-"""Additional time for which the firmware waits for an answer that does not arrive."""
-
-_SILENT_MS = 504
-"""How long the firmware waits for the answer of a radio that is off."""
 
 
 class Radio:
@@ -46,12 +38,14 @@ class Radio:
         address: The firmware's copy of the address.
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
+        tables: The tables of the Comm map; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
         sending: Whether a program has sent something; to nowhere, since nothing is connected.
         sends_reply: Whether a long reply is being sent, in which no operation begins; set by the brick.
     """
 
     on_plan: Callable[[], None]
+    tables: RadioTables
     inbox: memoryview
     sends_reply: Callable[[], bool]
 
@@ -61,11 +55,11 @@ class Radio:
             raise ValueError(f"name and address must have {sizes}, not {name!r} and {address!r}")
         self._clock = clock
         self.own_address = self.address = address
-        self._name = self._stored_name = _padded(name)
+        self._name = self._stored_name = padded(name)
         self._on, self._resetting = True, 0
         self._state = self.shown_state = int(RadioState.VISIBLE)
         self._busy_from_ms, self._busy_until_ms = 0, 0.0
-        self._link_state = _STARTED | _VISIBLE
+        self._link_state = answers.LINKED
         self._changes: list[Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: Operation | None = None
@@ -87,7 +81,7 @@ class Radio:
         next_ms = next((change.at_ms for change in self._changes if change.part is Part.ANSWER), None)
         if operation and streaming and self._on and not self._waited and next_ms is not None:
             self._changes = [change for change in self._changes if change.at_ms < next_ms]
-            self._busy_until_ms, self._is_lost = next_ms + _TIME_OUT_MS, True
+            self._busy_until_ms, self._is_lost = next_ms + TIME_OUT_MS, True
         elif operation and not streaming and self._busy_until_ms == inf:
             self._continue(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.over_ms:
@@ -205,7 +199,7 @@ class Radio:
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""
         self._stored_name = before.stored_name
-        self._name = _padded(self._stored_name[:NAME_AT_BOOT])
+        self._name = padded(self._stored_name[:NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
             self._ring_place, self._link_state = _PLACE_WITH_RADIO_OFF, 0
@@ -218,14 +212,9 @@ class Radio:
 
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
-        self.name, self._redraws = _padded(name), True
+        self.name, self._redraws = padded(name), True
         at_ms, woken = (4, []) if self._on else (158, answers.woken(154))
-        renamed = (
-            Change(at_ms, Part.STORED_NAME, self._name),
-            Change(at_ms, Part.ANSWER, answers.RENAMED),
-            Change(at_ms, Part.REDRAWS),
-        )
-        self._occupy(at_ms, *woken, *renamed, late_ms=1, stream_lasts_ms=3)
+        self._occupy(at_ms, *woken, *answers.renamed(at_ms, self._name), late_ms=1, stream_lasts_ms=3)
 
     def switch(self, on: bool, *, lead_ms: int = 0) -> bool:
         """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite.
@@ -250,9 +239,17 @@ class Radio:
             off = [Change(5, Part.ANSWER, answer), Change(5, Part.ON, False)]
             if self._on:
                 off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.REDRAWS)
-            duration = 5 if self._on else _SILENT_MS + (0 if self._is_silent else STREAM_ENDS_MS)
-            self._occupy(duration, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms)
+            duration = 5 if self._on else SILENT_MS + (0 if self._is_silent else STREAM_ENDS_MS)
+            self._occupy(duration, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms, ends_ms=4)
             self._is_silent = not self._on
+        return True
+
+    def begin(self, duration_ms: int, *changes: Change) -> bool:
+        """Begin another operation; False if the radio is busy."""
+        self._settle()
+        if self.busy:
+            return False
+        self._occupy(duration_ms, *changes, answer_ms=3)
         return True
 
     def disconnect(self) -> bool:
@@ -261,7 +258,7 @@ class Radio:
         if self.seems_busy:
             return False
         duration = self._disconnects_ms(3)
-        self._occupy(duration, Change(duration, Part.ANSWER, b""), answer_ms=5, late_ms=1)
+        self._occupy(duration, Change(duration, Part.ANSWER, b""), answer_ms=5, late_ms=1, ends_ms=3)
         self._is_silent = not self._on
         return True
 
@@ -293,18 +290,15 @@ class Radio:
         off = self.shows_off
         wait, woken = (154, answers.woken(154)) if off else (0, [])
         on_ms = 168 + wait
-        name = _padded(DEFAULT_NAME)
+        name = padded(DEFAULT_NAME)
         self._occupy(
             on_ms + 1,
             *woken,
-            Change(6 + wait, Part.STORED_NAME, name),
-            Change(6 + wait, Part.ANSWER, answers.RESTORED),
-            Change(6 + wait, Part.ON),
-            Change(6 + wait, Part.RESETTING, 1),
-            Change(7 + wait, Part.STATE, RadioState.OFF),
+            *answers.restored(6 + wait, name),
             *self._started(160 + wait, name, on_ms=on_ms, last_ms=on_ms + 1, reset=True),
             answer_ms=5,
             stream_lasts_ms=2,
+            ends_ms=5 + wait,
         )
 
     def overwrite(self, at_ms: int, message: bytes) -> None:
@@ -329,11 +323,16 @@ class Radio:
         late_ms: int = 0,
         lead_ms: int = 0,
         stream_lasts_ms: float = 1,
+        ends_ms: int = 0,
     ) -> None:
+        handles = self.tables.handles if ends_ms and self._on else ()  # connections end first
+        in_order = sorted(answers.after_ends(changes, handles, ends_ms, self.tables.end), key=itemgetter(0))
+        duration_ms += answers.END_MS * len(handles)
         began_ms = self._clock.now_ms - lead_ms
         self._busy_from_ms = began_ms if lead_ms < 0 else 0
-        in_order = tuple(sorted(changes, key=itemgetter(0)))
-        self._operation = operation = Operation(began_ms, answer_ms, late_ms, duration_ms, in_order, stream_lasts_ms)
+        self._operation = operation = Operation(
+            began_ms, answer_ms, late_ms, duration_ms, tuple(in_order), stream_lasts_ms
+        )
         self._is_silent = False
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
@@ -345,7 +344,7 @@ class Radio:
     def _started(self, at_ms: int, name: bytes, *, on_ms: int, last_ms: int, reset: bool = False) -> list[Change]:
         """Return the changes of a start of the radio."""
         started = answers.started(at_ms, name, self.own_address, on_ms=on_ms, last_ms=last_ms, reset=reset)
-        return [*started, Change(at_ms + 8, Part.LINK_STATE, _STARTED), Change(at_ms + 9, Part.LINK_STATE, _VISIBLE)]
+        return [*started, Change(at_ms, Part.TABLES, self.tables.clear)]
 
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
@@ -385,14 +384,17 @@ class Radio:
                 case _, Part.ON, on:
                     self._on = bool(on)
                 case _, Part.STATE, int(state):
-                    self._state = state
+                    self._state = state if state == RadioState.OFF else self._state & ~answers.CLEARED | state
+                case _, Part.VISIBLE, visible:
+                    self._state, self._link_state = (
+                        self._state & ~1 | bool(visible),
+                        self._link_state & ~1 | bool(visible),
+                    )
                 case _, Part.LINK_STATE, int(bits):
                     self._link_state |= bits
                 case _, Part.RESETTING, int(resetting):
                     self._resetting = resetting
                 case _, Part.REDRAWS, _:
                     self._redraws = True
-
-
-def _padded(name: bytes) -> bytes:
-    return name[: NAME_SIZE - 1].ljust(NAME_SIZE, b"\0")
+                case _, Part.TABLES, change if callable(change):
+                    change()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import Enum, IntEnum, auto
+from functools import partial
 from typing import NamedTuple
 
 NAME_SIZE = 16
@@ -23,11 +25,14 @@ class Part(Enum):
     STORED_NAME = auto()
     ON = auto()
     STATE = auto()
+    VISIBLE = auto()
     LINK_STATE = auto()
     """By bits that are set."""
     RESETTING = auto()
     REDRAWS = auto()
     """The status bar."""
+    TABLES = auto()
+    """By a call."""
 
 
 class Change(NamedTuple):
@@ -41,7 +46,7 @@ class Change(NamedTuple):
 
     at_ms: int
     part: Part
-    value: int | bytes = True
+    value: int | bytes | Callable[[], object] = True
 
 
 class RadioState(IntEnum):
@@ -54,24 +59,89 @@ class RadioState(IntEnum):
     ASKING = 0x40
 
 
+LINKED = 3
+"""The state in the Comm map after a start of the radio."""
+
+STATES, CLEARED = 0x07, 0x06
+"""Bits of the radio's own state, and those that its start clears; when it is switched off all bits are lost."""
+
+
 def _answer(kind: int, content: bytes = b"") -> bytes:
     """Return an answer: its length, its number, which the firmware clears, content, and what makes their sum 0."""
     return bytes((len(content) + 3, 0)) + content + (-kind - sum(content) & 0xFFFF).to_bytes(2, "big")
 
 
-RENAMED, SWITCHED_OFF, RESTORED = _answer(0x26, b"\0"), _answer(0x36, b"\x50"), _answer(0x2A, b"\0")
+_RENAMED, SWITCHED_OFF, _RESTORED = _answer(0x26, b"\0"), _answer(0x36, b"\x50"), _answer(0x2A, b"\0")
 IS_ON, IS_OFF = _answer(0x20, b"\1\0"), _answer(0x36, b"\1\0")
 """The last answers of a boot."""
 
+_SEARCHES, _FOUND_NONE = _answer(0x11), _answer(0x13)
+_VISIBILITY_SET = _answer(0x24, b"\1")
+
 _WOKEN, _LISTED, _VERSION = _answer(0x17), _answer(0x1C), _answer(0x35, b"\0\1")
 _RESTARTED, _VISIBLE = _answer(0x36, b"\0\0"), _answer(0x31, b"\1")
+END_MS = 2
+"""How long it takes to end a connection."""
 _ON_MS = 7
 """From a start to the answer that the radio is on."""
+
+
+def padded(name: bytes) -> bytes:
+    """Return the field of a name."""
+    return name[: NAME_SIZE - 1].ljust(NAME_SIZE, b"\0")
 
 
 def name_answer(name: bytes) -> bytes:
     """Return the answer with the radio's name, 16 bytes."""
     return _answer(0x3F, name)
+
+
+def visibility(visible: bool) -> Sequence[Change]:
+    """Return the changes of the command to be visible to others or not."""
+    return Change(3, Part.ANSWER, _VISIBILITY_SET), Change(3, Part.VISIBLE, visible)
+
+
+def search(at_ms: int) -> Sequence[Change]:
+    """Return the changes of a search that finds nothing."""
+    return Change(at_ms, Part.ANSWER, _SEARCHES), Change(at_ms + 1, Part.ANSWER, _FOUND_NONE)
+
+
+def removed(remove: Callable[[], object]) -> Sequence[Change]:
+    """Return the changes of the command to remove a device, which a call removes from the table."""
+    return Change(3, Part.ANSWER, _answer(0x1B, b"\x53")), Change(3, Part.TABLES, remove)
+
+
+def after_ends(
+    changes: Sequence[Change], handles: Sequence[int], ends_ms: int, end: Callable[[int], object]
+) -> Sequence[Change]:
+    """Return changes after the end of connections, given by their handles, the first of which ends at a time."""
+    delay_ms = END_MS * len(handles)
+    delayed = [change._replace(at_ms=change.at_ms + delay_ms) for change in changes]
+    for place, handle in enumerate(handles):
+        delayed += disconnected(ends_ms + END_MS * place, handle, partial(end, handle))
+    return delayed
+
+
+def disconnected(at_ms: int, handle: int, end: Callable[[], object]) -> Sequence[Change]:
+    """Return the changes of the end of a connection, which a call removes from the table."""
+    answer = Change(at_ms, Part.ANSWER, _answer(0x1F, bytes((1, handle))))
+    return answer, Change(at_ms, Part.TABLES, end), Change(at_ms, Part.REDRAWS)
+
+
+def renamed(at_ms: int, name: bytes) -> Sequence[Change]:
+    """Return the changes of a new name, whose answer comes at a time."""
+    return Change(at_ms, Part.STORED_NAME, name), Change(at_ms, Part.ANSWER, _RENAMED), Change(at_ms, Part.REDRAWS)
+
+
+def restored(at_ms: int, name: bytes) -> Sequence[Change]:
+    """Return the changes of a reset up to the radio's new start: its first answer comes at a time."""
+    return (
+        Change(at_ms, Part.STORED_NAME, name),
+        Change(at_ms, Part.ANSWER, _RESTORED),
+        Change(at_ms, Part.ON),
+        Change(at_ms, Part.RESETTING, 1),
+        Change(at_ms + 1, Part.STATE, RadioState.OFF),
+    )
 
 
 def woken(at_ms: int) -> list[Change]:
@@ -88,6 +158,8 @@ def started(at_ms: int, name: bytes, address: bytes, *, on_ms: int, last_ms: int
         Change(at_ms + 4, Part.NAME, name),
         Change(at_ms + 4, Part.REDRAWS),
         Change(at_ms + 6, Part.REDRAWS),
+        Change(at_ms + 8, Part.LINK_STATE, 1),
+        Change(at_ms + 9, Part.LINK_STATE, 2),
         Change(at_ms + _ON_MS, Part.ANSWER, _RESTARTED if reset else SWITCHED_OFF),
         Change(at_ms + _ON_MS, Part.RESETTING, 0),
         Change(at_ms + _ON_MS, Part.ON, True),

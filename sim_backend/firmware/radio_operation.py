@@ -10,6 +10,13 @@ STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
 
 
+TIME_OUT_MS = 494
+"""Additional time for which the firmware waits for an answer that does not arrive."""
+
+SILENT_MS = 504
+"""How long the firmware waits for the answer of a radio that is off."""
+
+
 class Operation(NamedTuple):
     """An operation of the radio, as it runs without stream mode. Times count from the command.
 

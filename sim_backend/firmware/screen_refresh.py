@@ -96,9 +96,10 @@ class ScreenRefresh:
         self._flags &= ~int(DisplayFlag.POPUP)
 
     def rest(self, now_ms: int) -> None:
-        """Show the normal screen, and send no line in the given pass."""
+        """Show the normal screen, and send no line in the given pass if another was shown."""
+        if self.pops_up:
+            self._rests_ms = now_ms
         self.show_normal()
-        self._rests_ms = now_ms
 
     def restore(self) -> None:
         """Switch the display and its refresh on."""

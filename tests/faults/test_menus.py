@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nxtdrive.tools.dev.faults.campaign import batch_of
 from nxtdrive.tools.dev.faults.menus import CAMPAIGN
-from sim_backend.firmware.ui.key_states import KeyStates
+from sim_backend.firmware.ui.menu_place import MenuPlace
 
 SAMPLE = 4000
 
@@ -16,7 +16,7 @@ def test_a_sample_of_actions_is_harmless():
 
 
 def test_menus_that_fail_are_found_and_the_trial_is_reproducible(monkeypatch):
-    monkeypatch.setattr(KeyStates, "show", lambda *_: [].pop())
+    monkeypatch.setattr(MenuPlace, "go_up", lambda *_: [].pop())
     found = CAMPAIGN.run(1, range(CAMPAIGN.batch)).violations
     assert "IndexError" in found[0].text
     assert CAMPAIGN.run(1, batch_of(CAMPAIGN, found[-1].number)).violations[-1] == found[-1]

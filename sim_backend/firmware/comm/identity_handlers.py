@@ -12,11 +12,11 @@ from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
 from sim_backend.firmware.live_map import LiveMap
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_tables import CONNECTIONS, CONTACTS
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.versions import Version
 
 _PROTOCOL = (124, 1)
-_CONTACTS, _CONNECTIONS = 30, 4
 _NAME_SIZE, _ENTRY_SIZE = 17, 20
 """Bytes of a name with the first byte of the class after it, and with the whole class."""
 
@@ -24,8 +24,6 @@ _MAJOR_CLASS = 0x1F
 _COMPUTER, _PHONE, _TOY = 1, 2, 8
 _ROBOT = 4
 """Major and minor device classes of Bluetooth's assigned numbers."""
-
-_KNOWN = 0x02
 
 
 class IdentityHandlers:
@@ -61,24 +59,24 @@ class IdentityHandlers:
     @handles(direct.GetBluetoothContactCount)
     def contact_count(self, _: direct.GetBluetoothContactCount) -> HandlerResult:
         """Return the size of the table of contacts."""
-        return reply_with(direct.BluetoothCount(_CONTACTS))
+        return reply_with(direct.BluetoothCount(CONTACTS))
 
     @handles(direct.GetBluetoothConnectionCount)
     def connection_count(self, _: direct.GetBluetoothConnectionCount) -> HandlerResult:
         """Return the size of the table of connections."""
-        return reply_with(direct.BluetoothCount(_CONNECTIONS))
+        return reply_with(direct.BluetoothCount(CONNECTIONS))
 
     @handles(direct.GetBluetoothContactName)
     def contact_name(self, command: direct.GetBluetoothContactName) -> HandlerResult:
         """Return a device of the Comm map's table, if its status marks it as known."""
         index = command.index
-        known = index < _CONTACTS and self._comm_map.read(COMM.field("DeviceStatus", index).offset, 1)[0] & _KNOWN
+        known = index in self._radio.tables.devices(known=True)
         return self._bluetooth_name("DeviceName", index) if known else HandlerResult(payload=bytes(1 + _NAME_SIZE))
 
     @handles(direct.GetBluetoothConnectionName)
     def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
         """Return a connection of the Comm map's table; beyond the table the name has bytes of earlier replies."""
-        if command.index >= _CONNECTIONS:
+        if command.index >= CONNECTIONS:
             return HandlerResult(payload=b"\0", stale=_NAME_SIZE)
         return self._bluetooth_name("ConnectionName", command.index)
 
@@ -90,7 +88,7 @@ class IdentityHandlers:
     @handles(system.GetDeviceInfo)
     def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:
         """Return name, with the bytes after its end, address, quality of the connections, and free flash."""
-        radio, fields = self._radio, (COMM.field("ConnectionQuality", index) for index in range(_CONNECTIONS))
+        radio, fields = self._radio, (COMM.field("ConnectionQuality", index) for index in range(CONNECTIONS))
         links = b"".join(self._comm_map.read(field.offset, 1) for field in fields)
         info = system.DeviceInfo("", radio.address, links, self._loader.free_flash)
         name = radio.name[:-1]

@@ -133,13 +133,14 @@ class Loader:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
         return self.create(name, size, linear=block and not appendable, appendable=appendable)
 
-    def replace(self, name: str, content: bytes) -> None:
-        """Store a file in place of one of that name, as the user interface does, as far as there is room."""
+    def replace(self, name: str, content: bytes) -> bool:
+        """Store a file in place of one of that name, as the user interface does; return whether there is room."""
         self.delete(name)
         status, number, _ = self.create(name, len(content))
         if not status:
             self.write(number, content)
             self.close(number)
+        return not status
 
     def append(self, name: str) -> Opened:
         """Open a data file to append; `Opened.size` is the space left."""

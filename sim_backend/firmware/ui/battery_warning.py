@@ -11,6 +11,8 @@ from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
+GIVEN, SHOWN_EMPTY = 1, 2
+
 
 class BatteryWarning:
     """The warning, once after each start, until a key is pressed.
@@ -19,7 +21,7 @@ class BatteryWarning:
     continues where it was, as if no time had passed.
 
     Attributes:
-        given: Whether the battery was reported to be low, or empty, since the last start.
+        given: 0, `GIVEN` when the battery was reported to be low or empty since the last start, or `SHOWN_EMPTY`.
     """
 
     def __init__(
@@ -27,7 +29,7 @@ class BatteryWarning:
     ) -> None:
         self._clock, self._registers, self._battery, self._keys = clock, registers, battery, keys
         self._screen = screen
-        self.given, self._returns_to = False, int(UiState.START)
+        self.given, self._returns_to = 0, int(UiState.START)
 
     @property
     def due(self) -> bool:
@@ -38,7 +40,7 @@ class BatteryWarning:
         """Show the warning if it is due."""
         registers = self._registers
         if self.due and not self._screen.drawing:
-            self.given, self._returns_to = True, registers.state
+            self.given, self._returns_to = GIVEN, registers.state
             registers.set(UiFlag.BUSY | UiFlag.REDRAW_STATUS)
             registers.go_to(UiState.LOW_BATTERY)
             self._screen.mark(marks.WARNING)
@@ -47,16 +49,10 @@ class BatteryWarning:
     def wait(self) -> None:
         """Close the warning by a key, which is read when nothing of the screen is left to draw."""
         if self._screen.drawing:
-            self._registers.wake_in(1)
-        elif self._keys.read():
+            return
+        if self._keys.read():
             self._registers.clear(UiFlag.BUSY)
             self._screen.rest(self._clock.now_ms)
             self._registers.go_to(self._returns_to)
-
-    def allow(self) -> None:
-        """Warn again, after a start."""
-        self.given = False
-
-    def omit(self) -> None:
-        """Give no warning in this start: the battery was shown as empty."""
-        self.given = True
+        else:
+            self._registers.rest()

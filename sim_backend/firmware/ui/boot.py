@@ -8,15 +8,14 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import STARTUP, SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui import states, times
+from sim_backend.firmware.ui import times
 from sim_backend.firmware.ui.battery import Battery
-from sim_backend.firmware.ui.battery_warning import BatteryWarning
+from sim_backend.firmware.ui.battery_warning import GIVEN, SHOWN_EMPTY, BatteryWarning
 from sim_backend.firmware.ui.registers import PICTURES, UiRegisters
-from sim_backend.firmware.ui.states import Step, UiState
-from sim_backend.firmware.ui.status_bar import StatusBar
+from sim_backend.firmware.ui.states import UiState
 
-_SOUND_AT = 12
-"""The picture at whose end the sound of the start begins."""
+_SOUND_AT = 11
+"""The picture, from 0 on, with which the sound of the start begins."""
 
 
 class Boot:
@@ -32,31 +31,28 @@ class Boot:
         battery: Battery,
         warning: BatteryWarning,
         screen: ScreenRefresh,
-        status_bar: StatusBar,
         sound: SoundModule,
         restart: Callable[[], None],
     ) -> None:
         self._registers, self._battery, self._warning = registers, battery, warning
-        self._screen, self._status_bar, self._sound, self._restart = screen, status_bar, sound, restart
-        self._showed_empty = False
+        self._screen, self._sound, self._restart = screen, sound, restart
 
     @property
-    def finds_empty(self) -> bool:
-        """Whether the battery is empty, which interrupts the logo, but not that after the empty battery."""
-        return self._battery.empty and not self._showed_empty and self._registers.state == UiState.LOGO
+    def due(self) -> bool:
+        """Whether the next pass of the logo shows the empty battery."""
+        given = self._warning.given
+        return self._registers.state == UiState.LOGO and (given == GIVEN or (self._battery.empty and not given))
 
     def start(self) -> None:
         """Begin the start with the first picture of the logo."""
         self._restart()
-        self._showed_empty = False
         self._registers.starting, self._registers.flags = True, int(UiFlag.BUSY)
-        self._registers.picture = 1
         self._begin_logo()
 
     def _begin_logo(self) -> None:
         registers = self._registers
         self._screen.mark(marks.LOGO)
-        registers.timer.value, registers.step = -times.FIRST_PICTURE_PASSES, Step.BEGUN
+        registers.timer.value, registers.step, registers.picture = -times.FIRST_PICTURE_PASSES, 0, 0
         registers.go_to(UiState.LOGO)
 
     def show_empty(self) -> None:
@@ -64,11 +60,9 @@ class Boot:
         registers = self._registers
         left = times.EMPTY_PASSES - registers.timer.count()
         if left > 0:
-            registers.wake_in(left)
+            registers.rest(left)
             return
-        self._showed_empty = True
-        self._warning.omit()
-        registers.may_switch_off = True
+        self._warning.given = SHOWN_EMPTY
         registers.clear(UiFlag.ENABLE_STATUS)
         self._begin_logo()
 
@@ -78,51 +72,47 @@ class Boot:
         The empty battery comes instead, once: it is drawn, and in the next pass its state is set.
         """
         registers = self._registers
-        left = times.PICTURE_PASSES - registers.timer.count()
-        if self.finds_empty and not self._warning.given:
-            self._warning.omit()
-            self._screen.mark(marks.EMPTY)
-            registers.wake_in(1)
-        elif self.finds_empty:
-            registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.ENABLE_STATUS)
-            self._status_bar.draw(everything=True)
+        if self._warning.given == GIVEN:
+            registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
             registers.timer.value = 0
             registers.go_to(UiState.EMPTY)
-        elif left > 0:
-            registers.wake_in(left)
+            return
+        if self._battery.empty and not self._warning.given:
+            self._warning.given = GIVEN
+            self._screen.mark(marks.EMPTY)
+        left = times.PICTURE_PASSES - registers.timer.count()
+        if left > 0:
+            registers.rest(left)
         else:
-            registers.wake_in(1)
             self._turn_picture()
 
     def _turn_picture(self) -> None:
         registers, screen = self._registers, self._screen
         match registers.step:
-            case Step.BEGUN:
+            case 0:
                 screen.end_refresh()
-                registers.step = Step.TONE
-            case Step.TONE if screen.stopped and registers.picture == PICTURES:
-                screen.refresh()
-                registers.step = Step.BEGUN
-                registers.go_to(UiState.MELODY)
-            case Step.TONE if screen.stopped:
-                if registers.picture == _SOUND_AT:
-                    self._sound.play_own(STARTUP, registers.volume)
-                screen.mark(marks.PICTURE)
-                registers.step = Step.LOADED
-            case Step.TONE:
+                registers.step = 1
+            case 1 if screen.stopped:
+                if registers.picture < PICTURES:
+                    screen.mark(marks.PICTURE)
+                    if registers.picture == _SOUND_AT:
+                        self._sound.play_own(STARTUP, registers.volume)
+                    registers.picture += 1
+                else:
+                    screen.refresh()
+                    registers.go_to(UiState.MELODY)
+                registers.step = 2
+            case 1:
                 pass
-            case Step.LOADED:
-                registers.step = Step.DRAWING
-            case _:
+            case _ if not screen.update_mask & marks.PICTURE.update:
                 screen.refresh()
-                registers.picture = min(registers.picture + 1, PICTURES)
-                registers.timer.value, registers.step = 0, Step.BEGUN
+                registers.timer.value = registers.step = 0
 
     def wait(self) -> None:
         """Wait after the pictures, and erase them."""
         left = times.MELODY_PASSES - self._registers.timer.count()
         if left > 0:
-            self._registers.wake_in(left)
+            self._registers.rest(left)
             return
         self._screen.mark(marks.ENTRY)
         self._registers.go_to(UiState.ENTRY)

@@ -47,6 +47,11 @@ class Value(NamedTuple):
     i2c: I2CSensor | None = None
     text: Callable[[bytes], str] = str
 
+    @property
+    def is_motor(self) -> bool:
+        """Whether it is one of motors."""
+        return self.type is SensorType.NONE
+
 
 _NO_ECHO = 255
 _CM_PER_INCH = 2.54
@@ -117,7 +122,6 @@ class DataLog:
         screen: Shows the values.
 
     Attributes:
-        runs: Whether it runs.
         fails: Whether it cannot go on: a sample could not be written.
         draws: Whether the next pass draws the chosen value and its neighbours.
     """
@@ -134,14 +138,14 @@ class DataLog:
     ) -> None:
         self._clock, self._loader, self._screen = clock, loader, screen
         self._inputs, self._outputs, self._i2c, self._programs = inputs, outputs, i2c, programs
-        self.runs = self.fails = self.draws = False
+        self.fails = self.draws = False
         self._values: list[tuple[int, Value]] = []
         self._sample: list[str] = []
         self._chosen = 0
         self._handle = self._started_ms = self._drawn_ms = 0
 
-    def begin(self, items: dict[int, int]) -> bool:
-        """Begin a file in all free flash, with ports and sensors; return whether there is room and a free handle.
+    def begin(self, items: dict[int, int]) -> tuple[bool, bool]:
+        """Begin a file in all free flash, with ports and sensors; return whether it was opened, and begun.
 
         Args:
             items: For each port, 0 to 3 of sensors and 4 to 6 of motors, the index of its value in `VALUES`.
@@ -151,16 +155,14 @@ class DataLog:
         self._loader.delete(FILE)
         status, self._handle, _ = self._loader.create(FILE, self._loader.flash.free, appendable=True)
         programs = self._programs
-        self.runs = not status and all(
+        begun = not status and all(
             (
                 self._write("Sync data", programs.sync_time, programs.sync_tick, programs.tick, _PERIOD_MS, -1),
                 self._write("Sdata", *(f"{port + 1}_{each.sensor}{each.unit}" for port, each in self._values)),
                 self._write("Time", *(each.sensor for _, each in self._values)),
             )
         )
-        if not (self.runs or status):
-            self._loader.crop(self._handle)
-        return self.runs
+        return not status, begun
 
     def go_on(self, *, writes: bool = True) -> int:
         """Set up the ports, take a sample, write it, or draw; return the time of the next call in ms.
@@ -229,6 +231,5 @@ class DataLog:
 
     def end(self) -> None:
         """Close the file, and leave the inputs without types."""
-        self.runs = False
         self._loader.crop(self._handle)
         self._inputs.drop_types()

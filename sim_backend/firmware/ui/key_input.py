@@ -59,10 +59,6 @@ class KeyInput:
         flag = UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER
         return bool(self._registers.flags & flag)
 
-    def ignore(self) -> None:
-        """Ignore the button that is held, also when it would count again."""
-        self._first, self.repeat_ms = self.held, NEVER
-
     def read_button(self) -> Key | None:
         """Return the button that counts now; it does not click."""
         key, now_ms = self.held, self._clock.now_ms

@@ -1,106 +1,180 @@
-"""The menus of the data log: values of sensors and motors are chosen, each with a port.
+"""The menus of the data log: values of sensors and motors are chosen, each with a port, and logged.
 
 Source: docs/firmware.md section 8.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import message
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.data_log import MOTOR_PORTS, SENSOR_PORTS, VALUES, DataLog
-from sim_backend.firmware.ui.key_states import Action, Pass
-from sim_backend.firmware.ui.screen_marks import Marks
-from sim_backend.firmware.ui.states import Place, UiState
+from sim_backend.firmware.ui.data_log import FILE, VALUES, DataLog
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.menu_items import PORTS, Call
+from sim_backend.firmware.ui.menu_place import MenuPlace
+from sim_backend.firmware.ui.message import Message
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.sleep_timer import SleepTimer
+from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.stored_settings import StoredSettings
 
-DATA_LOG: Place = (2,)
-"""Item of the main menu."""
-
-_DONE = len(VALUES)
-"""Item of the list of values that ends the choice."""
-
-_MOTORS = (6, 7)
-
-DONE = (*DATA_LOG, _DONE)
-START = (*DONE, 0)
-"""The only item of the page that starts the log, and the page after it."""
-
-STORE = 1
-"""Item of that page, besides the one that deletes the log."""
-_KEPT = 2
-"""Number of its items."""
-
-_PORT_LEVEL = 3
-"""Items that lead to a value's port: data log, value, port."""
+_PASSES = 1500
+"""How long the message that a port has a value already stays, if no key is pressed."""
 
 
 class LogMenu:
-    """The values that are chosen for the data log.
+    """The function LOG.
 
     Args:
-        log: Runs with them.
-
-    Attributes:
-        log: As given.
-        chosen: For each port that has a value, the item of that value; motors' ports follow those of sensors.
+        log: Runs with the values that are chosen.
+        stored: Counts the logs.
     """
 
-    def __init__(self, log: DataLog) -> None:
-        self.log = log
-        self.chosen: dict[int, int] = {}
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        keys: KeyInput,
+        loader: Loader,
+        screen: ScreenRefresh,
+        sleep_timer: SleepTimer,
+        place: MenuPlace,
+        shown: Message,
+        log: DataLog,
+        stored: StoredSettings,
+    ) -> None:
+        self._clock, self._registers, self._keys, self._loader = clock, registers, keys, loader
+        self._screen, self._sleep_timer, self._place = screen, sleep_timer, place
+        self._message, self._log, self._stored = shown, log, stored
+        self._chosen: dict[int, int] = {}
+        self._value = self._port = 0
 
-    def begin(self) -> bool:
-        """Begin the log, and return whether that was possible."""
-        return self.log.begin(self.chosen)
+    def run(self, argument: int) -> bool:
+        """Run a pass."""
+        registers = self._registers
+        match argument:
+            case Call.OPEN | Call.EXIT:
+                self._screen.mark(marks.LIST)
+                if argument == Call.OPEN:
+                    self._chosen.clear()
+            case Call.TEXT if self._chosen:
+                self._screen.mark(marks.READY)
+            case Call.TEXT:
+                self._leave()
+            case Call.RUN:
+                self._execute()
+            case Call.SAVE:
+                self._save()
+            case Call.DELETE:
+                self._delete()
+            case Call.SELECT:
+                self._screen.mark(marks.TAKEN)
+                self._chosen[self._port] = self._value
+                registers.go_to(UiState.EXIT)
+            case _:
+                self._choose(argument)
+        return bool(registers.step)
 
-    def clear(self) -> None:
-        """Begin without values."""
-        self.chosen.clear()
+    def _leave(self) -> None:
+        """Go to the menu before this one."""
+        self._place.leave()
+        self._registers.end(UiState.MENU)
 
-    def items(self, menu: Place) -> int:
-        """Return the number of items of a menu of the data log, 0 of another one."""
-        if menu == START:
-            return _KEPT
-        if menu[:1] != DATA_LOG or len(menu) >= _PORT_LEVEL:
-            return 0
-        if menu == DATA_LOG:
-            return _DONE + 1
-        if menu == DONE:
-            return 1
-        return MOTOR_PORTS if menu[1] in _MOTORS else SENSOR_PORTS
+    def _choose(self, argument: int) -> None:
+        """Choose a value, or a port, which is refused if it has a value."""
+        registers = self._registers
+        if registers.step:
+            left = _PASSES - registers.timer.count()
+            if left > 0 and not self._keys.read():
+                registers.rest(left)
+                return
+            self._screen.mark(marks.REFUSED)
+            self._place.go_up()
+            registers.end(UiState.MENU)
+        elif 0 < argument <= len(VALUES):
+            self._value = argument - 1
+        elif PORTS <= argument < Call.LEFT:
+            self._port = argument - PORTS
+            if self._port in self._chosen:
+                self._screen.mark(marks.REFUSES)
+                registers.timer.value, registers.step = 0, 1
 
-    def follows(self, place: Place) -> bool:
-        """Return whether enter does more in a place than to open a menu."""
-        return place == DONE or (place[:1] == DATA_LOG and place[:2] != DONE and len(place) == _PORT_LEVEL)
+    def _execute(self) -> None:
+        """Begin a log, take its next step, or end it; show if there is no room."""
+        registers, log = self._registers, self._log
+        match registers.step:
+            case 0:
+                opened, begun = log.begin(self._chosen)
+                if begun:
+                    registers.set(UiFlag.BUSY)
+                    registers.timer.value, registers.step = 0, 1
+                else:
+                    self._screen.mark(marks.LOG_FAILS)
+                    registers.step = 4 if opened else 3
+            case 1:
+                self._go_on()
+            case 2:
+                log.end()
+                registers.clear(UiFlag.BUSY)
+                registers.end(UiState.RIGHT)
+            case 3 if self._message.show(9, 5, passes=message.LONG):
+                self._leave()
+            case 4 if self._message.show(9, 5, passes=message.LONG):
+                registers.step = 2
+            case 3 | 4:
+                pass
+            case _:
+                registers.rest()
 
-    def refuses(self, place: Place) -> bool:
-        """Return whether a port is chosen that has a value already."""
-        return place != DONE and self._port(place) in self.chosen
+    def _go_on(self) -> None:
+        """Take the next step of a log. A sample is not written in the pass of exit."""
+        registers, log, key, failed = self._registers, self._log, self._keys.read(), self._log.fails
+        next_ms = log.go_on(writes=key != Key.EXIT)
+        if failed:
+            self._screen.mark(marks.LOG_FAILS)
+            registers.step = 4
+        if key == Key.EXIT:
+            registers.step += 1
+        elif key in (Key.LEFT, Key.RIGHT):
+            log.choose(1 if key == Key.RIGHT else -1)
+        if registers.step == 1 and not (log.fails or log.draws):
+            registers.rest(next_ms - self._clock.now_ms)
+        self._sleep_timer.rest(self._clock.now_ms)
 
-    def _port(self, place: Place) -> int:
-        return place[2] + SENSOR_PORTS * (place[1] in _MOTORS)
+    def _save(self) -> None:
+        """Store the log under the next number."""
+        registers = self._registers
+        match registers.step:
+            case 0:
+                self._stored.count_log()
+                registers.selected, registers.step = f"OBD_{self._stored.logs}.log", 1
+            case 1:
+                self._loader.rename(FILE, registers.selected)
+                registers.step = 2
+            case 2 if self._message.show(8, len(registers.selected), passes=message.LONGEST):
+                registers.step = 3
+            case 2:
+                pass
+            case _:
+                self._leave()
 
-    def enter(self, place: Place) -> tuple[list[int], list[Pass]]:
-        """Follow enter in such a place: return the place that it leads to, and the states from its drawing on."""
-        end = Pass(UiState.MENU), Pass(UiState.DRAWING)
-        enter = end[-1], Pass(UiState.DRAWING, marks.MENU), Pass(UiState.ENTER), end[0]
-        if place == DONE:
-            if self.chosen:
-                return [*START], [*enter, Pass(UiState.DRAWING, marks.READY), end[-1]]
-            return [*DATA_LOG], [*enter, end[-1], *end]
-        if self.refuses(place):
-            return [*place], [Pass(UiState.DRAWING, marks.REFUSES)]
-        self.chosen[self._port(place)] = place[1]
-        return [*DONE], [*enter, Pass(UiState.DRAWING, marks.TAKEN), Pass(UiState.EXIT), *end]
-
-    def leave(self, message: Sequence[Marks], end: Action) -> tuple[list[int], list[Pass]]:
-        """Leave the log, perhaps by a message: return the place that this leads to, and the passes.
-
-        A log that runs is ended, and stored or deleted next; one that could not begin leads to the main menu.
-        """
-        drawn = [Pass(UiState.DRAWING, each) for each in message]
-        menu = Pass(UiState.MENU), Pass(UiState.DRAWING, marks.MENU)
-        if not self.log.runs:
-            return [*DATA_LOG], [*drawn, *menu]
-        last = drawn.pop() if drawn else Pass(UiState.DRAWING)
-        return [*START, STORE], [*drawn, last._replace(action=end), Pass(UiState.RIGHT), *menu]
+    def _delete(self) -> None:
+        registers = self._registers
+        match registers.step:
+            case 0:
+                self._loader.delete(FILE)
+                registers.step = 1
+            case 1:
+                self._screen.mark(marks.LOG_DELETED)
+                registers.timer.value, registers.step = _PASSES, 2
+            case 2 if registers.timer.count() >= _PASSES:
+                self._screen.mark(marks.LOG_ERASED)
+                registers.step = 3
+            case 2:
+                pass
+            case _:
+                registers.step = 0

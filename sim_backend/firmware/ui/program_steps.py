@@ -1,184 +1,218 @@
-"""A program of five steps made on the brick: its steps, its file and its run. Source: docs/firmware.md section 8.5."""
+"""The program of five steps that is made, run and saved on the brick. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
-
-from collections.abc import Callable, Mapping, Sequence
 
 from firmware_protocol.iomap import ProgramStatus
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import message
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.screen_marks import Marks
-from sim_backend.firmware.ui.states import Place, Programs
+from sim_backend.firmware.ui.menu_items import STEPS, Call
+from sim_backend.firmware.ui.menu_place import MenuPlace
+from sim_backend.firmware.ui.message import Message
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.running_sign import RunningSign
+from sim_backend.firmware.ui.states import Programs, UiState
+from sim_backend.firmware.ui.text_entry import TextEntry
 
-_ACTIONS = (0x3, 0x2, 0x9, 0x8, 0xF, 0x7, 0xB, 0xC, 0x4, 0xA, 0x5, 0x6, 0x1, 0xD, 0xE)
-_EVENTS = (0x11, 0x16, 0x17, 0x18, 0x13, 0x14, 0x12, 0x19, 0x15)
-_ENDS = (0x20, 0x1F)
-_CHOICES = (_ACTIONS, _EVENTS, _ACTIONS, _EVENTS, _ENDS)
-"""Icons of the items of each step."""
-
-PROGRAM = 1
-"""Item of the main menu."""
-
-_FIRST = 2
-"""Level of the first step, below the page that shows where to plug in motors and sensors."""
-
-_EMPTY = 0x01
-
-RUN, LEAVE, SAVE = _ENDING = range(3)
-"""Items of the page after the last step."""
+_STEPS = len(STEPS)
+_EMPTY = 0x21
+"""A step without a choice."""
+_ICONS = {code: code & 0x0F for code in range(0x21, 0x30)} | {code: code - 0x30 for code in range(0x41, 0x4A)}
+_ICONS |= {0xFC: 0x1F, 0xFB: 0x20}
+"""Icons of the steps as the file has them; another code leaves the icon that was there."""
 
 _READER = "RPGReader.sys"
 """The file that runs it."""
-_FILE, _SAVED = "Program.tmp", ".rpg"
-"""Name of the file of the program, and the end of its name when it is saved."""
-_HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
-_CODES = {icon: icon + 0x20 for icon in _ACTIONS} | {icon: icon + 0x30 for icon in _EVENTS} | {0x20: 0xFB, 0x1F: 0xFC}
-"""The file of the program: what precedes the steps, and the byte of each step by its icon."""
-_ICONS = {code: icon for icon, code in _CODES.items()}
+_FILE, _SAVED, _OFFERED = "Program.tmp", ".rpg", "Untitled"
+"""Name of the file of the program, the end of its name when it is saved, and the name that is offered."""
+_HEADER = bytes((8, 0, 0, _STEPS, _STEPS, 0, 0, 0))
 _CHECKED = 2
 """Bytes of the header that a program to run must have."""
 
+_LEAVES = 99
+"""Step that leaves the program's menu, or the program that runs."""
+_REDRAWN_PASSES = 50
+"""How long the steps stay before they show that another one runs."""
+
 
 class ProgramSteps:
-    """The steps that were chosen.
-
-    Args:
-        loader: Stores the program.
-        programs: Runs it, if there is a file that can.
-        sound: Delays its start.
+    """The function PROGRAM.
 
     Attributes:
         icons: The icon of each step, as the display's map has them.
     """
 
-    def __init__(self, loader: Loader, programs: Programs, sound: SoundModule) -> None:
-        self._loader, self._programs, self._sound = loader, programs, sound
-        self.icons = self._chosen = bytes(len(_CHOICES))
-        self._step, self._last = 0, b""
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        loader: Loader,
+        programs: Programs,
+        screen: ScreenRefresh,
+        sound: SoundModule,
+        place: MenuPlace,
+        shown: Message,
+        text: TextEntry,
+        running: RunningSign,
+    ) -> None:
+        self._clock, self._registers, self._loader, self._programs = clock, registers, loader, programs
+        self._screen, self._sound, self._place = screen, sound, place
+        self._message, self._text, self._running = shown, text, running
+        self.icons, self._codes, self._turn = bytes(_STEPS), bytes(_STEPS), 0
+        self._content, self._drawn_ms = b"", 0
 
-    @property
-    def goes_on(self) -> bool:
-        """Whether it is the turn of another step than the first one."""
-        return self._step > 0
+    def run(self, argument: int) -> bool:
+        """Run a pass."""
+        registers = self._registers
+        match argument:
+            case Call.OPEN:
+                self._screen.mark(marks.TYPES)
+                registers.go_to(UiState.WAITING)
+            case Call.TEXT:
+                self._codes, self._turn = bytes([_EMPTY] * _STEPS), 0
+                self._screen.mark(marks.ERASED_MENU)
+                self._draw()
+            case Call.EXIT:
+                self._go_back()
+            case Call.RUN:
+                self._execute()
+            case Call.SAVE:
+                self._save()
+            case Call.LEFT | Call.RIGHT:
+                registers.go_to(UiState.WAITING)
+            case _:
+                self._choose(argument)
+        return bool(registers.step)
 
-    def is_step(self, menu: Place) -> bool:
-        """Return whether a menu, given as the items that lead to it, is one of the steps."""
-        return menu[:1] == (PROGRAM,) and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
+    def _draw(self) -> None:
+        """Draw the steps, and the cursor below the step whose turn it is."""
+        self._drawn_ms, self._registers.picture = self._clock.now_ms, _STEPS
+        steps = zip(self._codes, self.icons, strict=True)
+        self.icons = bytes(_ICONS.get(code, icon) for code, icon in steps)
+        self._screen.mark(marks.STEPS)
+        if self._turn < _STEPS:
+            self._screen.mark(marks.CURSOR)
+        if self._programs.status != ProgramStatus.RUNNING:
+            self._screen.mark(marks.STEPS_TEXT)
 
-    def is_run(self, menu: Place) -> bool:
-        """Return whether a menu is the page after the last step."""
-        return menu[:1] == (PROGRAM,) and len(menu) == _FIRST + len(_CHOICES)
+    def _go_back(self) -> None:
+        """Forget the choice of a step, and turn to the one before; the first one leads to the page before."""
+        if self._turn:
+            if self._turn < _STEPS:
+                self._set_step(_EMPTY)
+            self._turn -= 1
+        else:
+            self._registers.go_to(UiState.MENU)
+        self._draw()
 
-    def items(self, menu: Place) -> int:
-        """Return the number of items of a step or of the page after the last one, 0 of another menu."""
-        if self.is_run(menu):
-            return len(_ENDING)
-        return len(_CHOICES[len(menu) - _FIRST]) if self.is_step(menu) else 0
+    def _set_step(self, code: int) -> None:
+        self._codes = self._codes[: self._turn] + bytes([code]) + self._codes[self._turn + 1 :]
 
-    def drawn(self, menu: Place) -> tuple[Marks, ...]:
-        """Return the drawing, pass by pass, of a menu that is opened: a step, or the page after the last one."""
-        return marks.FIRST_STEP if len(menu) == _FIRST else self._drawn(1), marks.PAGE
+    def _choose(self, code: int) -> None:
+        """Choose a step; the last one stores the program. After it the code overwrites the number of the step."""
+        registers = self._registers
+        if registers.step:
+            if self._message.show(12, passes=message.LONG):
+                self._leave()
+            return
+        if self._turn == _STEPS:
+            self._turn = code
+        elif self._turn < _STEPS:
+            self._set_step(code)
+            self._turn += 1
+            if self._turn == _STEPS and not self._store(_HEADER + self._codes):
+                registers.step = 1
+        self._draw()
 
-    @property
-    def drawn_file(self) -> Sequence[Marks]:
-        """The drawing, pass by pass, of a file of five steps; after the last step it begins like the page there."""
-        first, *others = marks.NOT_RUN[:-1]
-        return marks.FIRST_STEP if self._step < len(_CHOICES) else first, *others
+    def _store(self, content: bytes) -> bool:
+        """Store the program in place of the one before; return whether there is room."""
+        self._content = content
+        return self._loader.replace(_FILE, content)
 
-    @property
-    def drawn_back(self) -> Marks:
-        """The drawing of the step before."""
-        return self._drawn(-1)
+    def _leave(self) -> None:
+        """Go to the menu before this one."""
+        self._place.leave()
+        self._registers.end(UiState.MENU)
 
-    def _drawn(self, by: int) -> Marks:
-        return marks.STEP if self._moved(by) < len(_CHOICES) else marks.LAST_STEP
+    def open(self, name: str) -> bool:
+        """Copy a program to run, as if it had been made here; return whether it is one.
 
-    def _moved(self, by: int) -> int:
-        """Return the step whose turn is next (1) or was before (-1); the same if more were chosen than there are."""
-        return self._step + by * (self._step <= len(_CHOICES))
-
-    def enter(self, place: Place) -> None:
-        """Choose an item of a step, or begin with the first one; the choice of the last one stores the program."""
-        if len(place) == _FIRST:
-            self._chosen, self._step = bytes([_EMPTY] * len(_CHOICES)), 0
-        elif self.is_step(place[:-1]):
-            self._choose(_CHOICES[len(place) - 1 - _FIRST][place[-1]])
-            self._step = self._moved(1)
-            if self._step == len(_CHOICES):
-                self._store(_HEADER + bytes(_CODES[icon] for icon in self._chosen))
-        self.icons = self._chosen
-
-    @property
-    def holds(self) -> Mapping[int, Callable[[], bool]]:
-        """What holds a pass of the drawing when it runs, by the number of the pass."""
-        start = marks.STARTED_WITH
-        return {start - 1: self.waits, start: self.waits_for_status, start + 1: self.runs}
-
-    @property
-    def actions(self) -> Mapping[int, Callable[[], None]]:
-        """What is done at the end of a pass of the drawing when it runs, by the number of the pass."""
-        return {marks.STARTED_WITH: self.start, marks.STARTED_WITH + 1: self.end}
-
-    def waits(self) -> bool:
-        """Return whether its start waits for the end of a sound."""
-        return bool(self._sound.state)
-
-    def waits_for_status(self) -> bool:
-        """Return whether its start waits for ProgStatus to be 0."""
-        return self._programs.status != ProgramStatus.IDLE
-
-    def runs(self) -> bool:
-        """Return whether a file that runs it was there, and it has not ended."""
-        return self._programs.status == ProgramStatus.RUNNING
-
-    def start(self) -> None:
-        """Have all steps chosen, and start the program in the next pass, for which a file is missing."""
-        self._step = len(_CHOICES)
-        self._programs.start(pack_name(_READER))
-
-    def end(self) -> None:
-        """Forget the program, and reset inputs and outputs."""
-        self._programs.reset()
-
-    def save(self, name: str) -> bool:
-        """Rename the program; return whether no file had that name."""
-        return self._loader.rename(_FILE, name + _SAVED)[0] != Status.FILE_EXISTS
-
-    def _store(self, content: bytes) -> None:
-        """Store the program in place of the one before."""
-        self._last = content
-        self._loader.replace(_FILE, content)
-
-    def open(self, name: str) -> bytes:
-        """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program.
-
-        A file that cannot be opened leaves the last program, and an unknown step the icon that was there.
+        A file that cannot be opened leaves the last program.
         """
-        loader, content = self._loader, self._last
+        loader, content = self._loader, self._content
         status, handle, _ = loader.open_read(name)
         if not status:
-            _, content = loader.read(handle, len(_HEADER) + len(_CHOICES))
+            _, content = loader.read(handle, len(_HEADER) + _STEPS)
             loader.close(handle)
-        if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
-            return b""
+        if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + _STEPS:
+            return False
         self._store(content)
-        steps = zip(content[len(_HEADER) :], self.icons, strict=False)
-        return bytes(_ICONS.get(code, icon) for code, icon in steps)
+        self._codes = content[len(_HEADER) :]
+        return True
 
-    def leave(self, place: Place) -> None:
-        """Go back from a step, or from the page after the last one, and forget the choice there.
+    def _execute(self) -> None:
+        """Run the program by the file that can, if it exists."""
+        registers, programs = self._registers, self._programs
+        draws = registers.step not in (1, 2, 3)
+        match registers.step:
+            case 0:
+                self._running.begin()
+                registers.step = 1
+            case 1 if not self._sound.state:
+                self._turn = _STEPS
+                self._screen.mark(marks.NO_NAME)
+                registers.step = 2
+            case 2 if programs.status == ProgramStatus.IDLE:
+                programs.start(pack_name(_READER))
+                registers.step = 3
+            case 3 if programs.status != ProgramStatus.RUNNING:
+                programs.reset()
+                registers.step, self._turn = _LEAVES, _STEPS
+            case 3 if self._clock.now_ms - self._drawn_ms >= _REDRAWN_PASSES and registers.pointer != self._turn:
+                self._turn, draws = registers.pointer, True
+            case 1 | 2 | 3:
+                pass
+            case _:
+                registers.step = 0
+        if registers.step:
+            self._running.turn()
+            registers.rest(1)
+        else:
+            self._running.end()
+        if draws:
+            self._draw()
 
-        The choice of the first one stays.
-        """
-        if self.is_step(place[:-1]) and self.goes_on:
-            self._choose(_EMPTY)
-        self._step = self._moved(-1)
-        self.icons = self._chosen
+    def _save(self) -> None:
+        """Ask for a name, and rename the program."""
+        registers, text = self._registers, self._text
+        match registers.step:
+            case 0:
+                text.text = _OFFERED
+                registers.step = 1
+            case 1 if text.run():
+                registers.step = _LEAVES
+                if text.text:
+                    registers.selected = text.text + _SAVED
+                    registers.step = 2 if self._exists(registers.selected) else 3
+            case 2 if self._message.show(11, 10):
+                registers.step = 0
+            case 3:
+                self._loader.rename(_FILE, registers.selected)
+                registers.step = 4
+            case 4 if self._message.show(10, passes=message.SHORT):
+                registers.step = 5
+            case 1 | 2 | 4:
+                pass
+            case _:
+                self._leave()
 
-    def _choose(self, icon: int) -> None:
-        """Choose an icon for the step whose turn it is, which exit from the second item of the last page moves on."""
-        if self._step < len(_CHOICES):
-            self._chosen = self._chosen[: self._step] + bytes([icon]) + self._chosen[self._step + 1 :]
+    def _exists(self, name: str) -> bool:
+        status, handle, _ = self._loader.find_first(name)
+        if status == Status.OK:
+            self._loader.close(handle)
+        return status == Status.OK

@@ -2,95 +2,84 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 
 from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import ATTENTION, SoundModule
-from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui import states, times
-from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.menu import Menu
-from sim_backend.firmware.ui.page import CurrentPage
-from sim_backend.firmware.ui.pass_counter import PassCounter
-from sim_backend.firmware.ui.question import Question
+from sim_backend.firmware.ui import message
+from sim_backend.firmware.ui.message import Message
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.text_entry import TextEntry
 
-_REPORT = (marks.NOTHING, *marks.REPORT)
-"""What the message draws, pass by pass."""
+_PIN = "1234"
+"""The one that is offered."""
+
+_NOT_SAVED, _FULL = 0x51, 0x52
+_TEXTS = {_NOT_SAVED: (12, 6), _FULL: (11, 11)}
+_OTHER_TEXT = (10, 12)
+"""Characters of the two lines of the message, by the error."""
 
 
 class RadioDialog:
-    """Shows the radio's question or message, and ends its request; what is interrupted continues where it was."""
+    """The states QUESTION and REPORT.
+
+    Args:
+        go_home: Goes to the main menu.
+    """
 
     def __init__(
         self,
-        clock: Clock,
         registers: UiRegisters,
-        keys: KeyInput,
-        menu: Menu,
-        current: CurrentPage,
         screen: ScreenRefresh,
         sound: SoundModule,
         radio: Radio,
+        shown: Message,
+        text: TextEntry,
+        go_home: Callable[[], None],
     ) -> None:
-        self._registers, self._keys, self._menu, self._current = registers, keys, menu, current
-        self._screen, self._sound, self._radio = screen, sound, radio
-        self._parts, self.shown = [*_REPORT], PassCounter(clock)
-        self._question = Question(screen, partial(registers.set, UiFlag.REDRAW_STATUS))
+        self._registers, self._screen, self._sound, self._radio = registers, screen, sound, radio
+        self._message, self._text, self._go_home, self._step = shown, text, go_home, 0
 
     def follow(self) -> None:
         """Show the radio's request, unless the user interface is busy."""
         registers = self._registers
-        pending = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
-        shown = UiState.QUESTION if pending & RadioState.ASKING else UiState.REPORT
-        if pending and not registers.flags & UiFlag.BUSY and registers.state != shown:
-            registers.go_to(shown)
-            self._current.interrupt()
-        if pending and registers.state in states.RADIO_SHOWN:
-            registers.set(UiFlag.BUSY)
-
-    def redraw(self) -> None:
-        """Draw them once more when they continue: a file was opened, or the brick was started."""
-        self._question.redraw()
-        self._parts, self.shown.value = [*_REPORT], 0
+        for asks, shown in ((RadioState.ASKING, UiState.QUESTION), (RadioState.REPORTING, UiState.REPORT)):
+            if self._radio.state & asks and not registers.flags & UiFlag.BUSY:
+                registers.set(UiFlag.BUSY)
+                registers.go_to(shown)
 
     def ask(self) -> None:
-        """Draw the question, or follow a key, until it is answered."""
-        question = self._question
-        self._registers.wake_in(1)
-        if not question.sounded:
-            question.sounded = True
-            self._sound.play_own(ATTENTION, self._registers.volume)
-        elif question.waits:
-            question.press(self._keys.read())
-        elif question.go_on():
-            question.begin()
-            self._end(RadioState.ASKING)
+        """Ask for a PIN over the normal screen, with a step of its own."""
+        match self._step:
+            case 0:
+                self._sound.play_own(ATTENTION, self._registers.volume)
+                self._step = 1
+            case 1 if not self._screen.drawing:
+                self._screen.pop_up()
+                self._step = 2
+            case 2:
+                self._text.text, self._step = _PIN, 3
+                self._registers.set(UiFlag.REDRAW_STATUS)
+            case 3 if self._text.run():
+                self._step = 4
+            case 4 if not self._screen.drawing:
+                self._screen.show_normal()
+                self._step = 0
+                self._end(RadioState.ASKING)
 
     def report(self) -> None:
-        """Draw the message part by part, each when the previous one is drawn; later end it."""
-        registers = self._registers
-        if self._parts:
-            if not (self._parts[0].waits and self._screen.drawing):
-                self._screen.mark(self._parts.pop(0))
-            registers.wake_in(1)
-            return
-        left = times.REPORT_PASSES - self.shown.count()
-        if left > 0:
-            registers.wake_in(left)
-            return
-        self._parts, self.shown.value = [*_REPORT], 0
-        self._end(RadioState.REPORTING)
+        """Show the message about an error."""
+        first, second = _TEXTS.get(self._registers.error, _OTHER_TEXT)
+        if self._message.show(first, second, passes=message.LONG):
+            self._end(RadioState.REPORTING)
 
     def _end(self, state: RadioState) -> None:
-        """End the request: continue a page, or draw the main menu, unless a file was requested."""
+        """End the request: the menus go on from the main menu, with the function that was interrupted."""
         self._radio.state &= ~int(state)
+        self._go_home()
         self._registers.clear(UiFlag.BUSY)
         self._registers.go_to(UiState.MENU)
-        if not self._current.stays:
-            self._menu.reset()

@@ -10,8 +10,8 @@ from sim_backend.firmware.ui import times
 from sim_backend.firmware.ui.pass_counter import PassCounter
 from sim_backend.firmware.ui.states import UiState
 
-PICTURES = 17
-"""Number of the pictures of the logo."""
+PICTURES = 16
+"""Number of the pictures of the logo; the first one is shown twice."""
 
 
 class UiRegisters:
@@ -27,12 +27,13 @@ class UiRegisters:
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
         program_name: The file to start, 20 bytes.
         has_cable: Whether the USB cable is in.
+        selected: Name of the file that was opened or chosen last.
         timer: Count of passes that several states share.
-        step: Step of a state that takes several, which they share, too; see `states.Step`.
-        picture: The picture of the logo that is shown, from 1 on.
+        step: Step of a state that takes several, or of a function of the menus, which they share, too.
+        counter: The number that the pages of volume and sleep show, from 1 on.
+        picture: Number of pictures of the logo that were shown, of `PICTURES`.
         wake_ms: The next pass in which the state has something to do.
         starting: Whether a start is not over.
-        may_switch_off: Whether exit switches the brick off when it is held: not from a file's beginning to its end.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -42,16 +43,22 @@ class UiRegisters:
         self.run_state, self.has_cable = 1, True
         self.volume, self.program_name = MAX_VOLUME, bytes(NAME_SIZE)
         self.timer, self.step = PassCounter(clock, times.MELODY_PASSES), 0
-        self.picture, self.wake_ms, self.starting, self.may_switch_off = PICTURES, NEVER, False, True
+        self.selected, self.counter, self.picture = "", 0, PICTURES
+        self.wake_ms, self.starting = NEVER, False
 
     def go_to(self, state: int) -> None:
         """Continue with a state in the next pass."""
         self.state = int(state)
-        self.wake_in(1)
+        self.rest(1)
 
-    def wake_in(self, passes: int) -> None:
-        """Run the state again after some passes, at the latest."""
-        self.wake_ms = min(self.wake_ms, self._clock.now_ms + passes)
+    def end(self, state: int) -> None:
+        """End the steps of a function, and continue with a state."""
+        self.step = 0
+        self.go_to(state)
+
+    def rest(self, passes: int = NEVER) -> None:
+        """Run the state again after some passes rather than in the next one, unless something else happens."""
+        self.wake_ms = self._clock.now_ms + passes
 
     def set(self, flags: int) -> None:
         """Set bits of the flags."""

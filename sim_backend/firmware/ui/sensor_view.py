@@ -7,15 +7,8 @@ from typing import NamedTuple
 from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.sensors.input import InputModule
-from sim_backend.firmware.ui.data_log import MOTOR_PORTS, SENSOR_PORTS
+from sim_backend.firmware.ui.data_log import SENSOR_PORTS
 from sim_backend.firmware.ui.i2c_reader import DISTANCE, TEMPERATURE, I2CReader, I2CSensor
-from sim_backend.firmware.ui.states import Place
-
-VIEW = 3
-"""Item of the main menu."""
-
-_PAGE_LEVEL = 3
-"""Items that lead to the page: view, kind of value, and the port."""
 
 
 class _Sensor(NamedTuple):
@@ -61,10 +54,12 @@ _OLD_VALUES: _Values = (
 )
 """The values that can be shown; those of firmware without a data log."""
 
-_SLOW = 4
-"""Item that is drawn in three passes; in old firmware the first one is."""
-
 _PERIOD_MS, _OLD_PERIOD_MS = 200, 250
+
+
+def shown_values(*, modern: bool) -> _Values:
+    """Return the values that can be shown; None is one of motors."""
+    return _VALUES if modern else _OLD_VALUES
 
 
 class SensorView:
@@ -77,6 +72,7 @@ class SensorView:
         modern: Whether the firmware has a data log and the newer sensors.
 
     Attributes:
+        item: The item of the value to show.
         sets_up: Whether the port is set up in the next pass.
         modern: Whether ports are set up one pass after the beginning of the page, and keep their types.
         period_ms: Time from one drawing of the value to the next.
@@ -87,32 +83,17 @@ class SensorView:
         self._inputs, self._outputs, self._i2c, self.step_ms = inputs, outputs, i2c, i2c.step_ms
         self.sets_up = False
         self.modern, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
-        self._values, self._slow = (_VALUES, _SLOW) if modern else (_OLD_VALUES, 0)
+        self._values, self.item = shown_values(modern=modern), 0
         self._ports: dict[int, _Value] = {}
         self._only_counts = False
 
-    def items(self, menu: Place) -> int:
-        """Return the number of items of a menu below View, 0 of another one."""
-        if menu[:1] != (VIEW,) or len(menu) >= _PAGE_LEVEL:
-            return 0
-        if len(menu) == 1:
-            return len(self._values)
-        return SENSOR_PORTS if self._values[menu[1] % len(self._values)] else MOTOR_PORTS
-
-    def is_slow(self, place: Place) -> bool:
-        """Return whether a place in the menus is an item of View that is drawn in three passes."""
-        return place == (VIEW, self._slow)
-
-    def opens(self, place: Place) -> bool:
-        """Return whether a place in the menus leads to the page, and choose its value then."""
-        if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
-            return False
-        _, item, port = place
-        value = self._values[item]
+    def choose(self, port: int) -> None:
+        """Show the value of a port, if it is one of that value; old firmware shows no other one."""
+        value = self._values[self.item]
         if not self.modern:
             self.clear()
-        self._ports[port if value else port + SENSOR_PORTS] = value
-        return True
+        if (value is _MOTOR) == (port >= SENSOR_PORTS):
+            self._ports[port] = value
 
     def clear(self) -> None:
         """Forget the ports that were shown."""

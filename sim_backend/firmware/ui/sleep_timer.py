@@ -44,13 +44,11 @@ class SleepTimer:
     def _minutes(self) -> int:
         return (self._clock.now_ms - self._started_ms) // MINUTE_MS
 
-    def follow_request(self, now_ms: int, *, resets: bool) -> bool:
-        """Reset the timer on request; return whether the next pass resets it as well since the brick never sleeps."""
-        never = not self.limit_minutes
+    def follow_request(self, now_ms: int, *, resets: bool) -> None:
+        """Reset the timer on request; a brick that never sleeps does so in each pass."""
         if resets or self.rests:
             self.restart(now_ms if resets else now_ms - 1)
-        self.rests = resets and never
-        return never
+        self.rests = resets and not self.limit_minutes
 
     @property
     def expired(self) -> bool:

@@ -8,9 +8,6 @@ from typing import Protocol
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.ui.keys import Key
 
-Place = tuple[int, ...]
-"""A menu, or an item of one: the numbers of the items that lead there."""
-
 
 class UiState(IntEnum):
     """State byte of the Ui map; the simulated states only."""
@@ -36,39 +33,15 @@ class UiState(IntEnum):
 
 KEY_STATES: dict[int, UiState] = {key: UiState[key.name] for key in Key}
 """The state that a key brings, by its button byte."""
-RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
-
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
 """Requests to draw the status bar: executed in the next pass, or kept while a program has the screen."""
 
 RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
-PROGRAMS, SOUND, ON_BRICK, LOG, OLD_LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".log", ".rdt"
-"""Files that can be started. Programs made on the brick and logs do not run: the message after them is shown."""
-
-KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
-"""Those of all versions; logs have another extension in 1.05."""
-
-
-class Step(IntEnum):
-    """Steps of a file, of the logo and of switching off: each goes on with the step that another has left.
-
-    The logo takes the first four: it stops the refresh, waits for that, loads a picture, and shows it. Switching off
-    stops the program, then the display; waits for the radio in the fourth; stays off in the last but one.
-    """
-
-    BEGUN = 0
-    TONE = 1
-    LOADED = 2
-    DRAWING = 3
-    TO_OPEN = 4
-    PROGRAM = 5
-    SOUND = 6
-    STEPS = 7
-    ENDED = 8
-    MESSAGE = 9
-    STARTS = 10
+FILE_TYPES = (".*", ".rso", ".rxe", ".rpg", ".rtm")
+"""The extension of each kind of files as the menus number them: all, and others; data logs, which differ by version,
+follow."""
 
 
 class Programs(Protocol):

@@ -8,19 +8,15 @@ from __future__ import annotations
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
-from sim_backend.firmware.radio_answers import RadioState
+from sim_backend.firmware.radio_answers import STATES, RadioState
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui.battery import RECHARGEABLE, Battery
-from sim_backend.firmware.ui.file_runner import FileRunner
 from sim_backend.firmware.ui.registers import UiRegisters
-from sim_backend.firmware.ui.screen_marks import STATUS, STATUS_RUNNING, Marks
+from sim_backend.firmware.ui.screen_marks import STATUS, Marks
 from sim_backend.firmware.ui.states import STATUS_WORK
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE_BATTERY = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
-
-_RADIO_STATES = 0x07
-"""Bits of BluetoothState with the radio's state."""
 
 _ICONS = 6
 """Icons of a kind; a greater number keeps the last one."""
@@ -44,11 +40,10 @@ class StatusBar:
         clock: Clock,
         registers: UiRegisters,
         battery: Battery,
-        files: FileRunner,
         radio: Radio,
         screen: ScreenRefresh,
     ) -> None:
-        self._clock, self._registers, self._battery, self._files = clock, registers, battery, files
+        self._clock, self._registers, self._battery = clock, registers, battery
         self._radio, self._screen = radio, screen
         self._sign_began = 0
         self.icons = bytes((_BLUETOOTH + RadioState.VISIBLE, 0))
@@ -85,14 +80,14 @@ class StatusBar:
         )
         self._screen.mark(Marks(update=changed))
         if everything:
-            self._screen.mark(STATUS_RUNNING if self._files.shows_program else STATUS)
+            self._screen.mark(STATUS)
 
     def _now(self) -> bytes:
         registers, battery = self._registers, self._battery
         samples = battery.samples(self._clock.now_ms)
         if not registers.run_state:
             self._sign_began = samples
-        radio = self._radio.shown_state & _RADIO_STATES
+        radio = self._radio.shown_state & STATES
         bluetooth, charge = _BLUETOOTH + radio, battery.shown_bars
         charge += _RECHARGEABLE_BATTERY if battery.raw & RECHARGEABLE else _BATTERY
         icons = (

@@ -10,8 +10,9 @@ SETTINGS = "NVConfig.sys"
 SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 """The sleep time-outs that the menus offer; the file has the number of one."""
 
-_VOLUME, _SLEEP, _LOGS = 2, 3, slice(4, 6)
+_HAS_LOG, _VOLUME, _SLEEP, _LOGS = 1, 2, 3, slice(4, 6)
 """Bytes of the file of newer versions."""
+_LAST_LOG = 9999
 _BITS, _VOLUME_SHIFT = 7, 4
 """In the one byte of 1.05 the sleep time-out has the lowest bits, the volume some above."""
 _LOUDEST, _LONGEST = 4, 5
@@ -61,13 +62,19 @@ class StoredSettings:
         self._replace()
 
     @property
+    def has_log(self) -> bool:
+        """Whether the menus have the data log."""
+        return not self._is_packed and bool(self._content[_HAS_LOG])
+
+    @property
     def logs(self) -> int:
         """Number of data logs that were stored."""
         return int.from_bytes(self._content[_LOGS], "little")
 
     def count_log(self) -> None:
-        """Count one more data log."""
-        self._content[_LOGS] = (self.logs + 1 & 0xFFFF).to_bytes(2, "little")
+        """Count one more data log; after the last number the first one follows."""
+        number = self.logs + 1 & 0xFFFF
+        self._content[_LOGS] = (1 if number > _LAST_LOG else number).to_bytes(2, "little")
         self.save()
 
     def _replace(self) -> None:

@@ -3,9 +3,6 @@
 NO_KEYS_PASSES = 250
 """The count of passes, from the command to switch the power off on, after which keys count again."""
 
-REPORT_PASSES = 2625
-"""How long the display shows a message of the radio, from its last part on."""
-
 FIRST_PICTURE_PASSES = 1000
 """How much longer than the others a start shows the first picture of the logo."""
 
@@ -20,6 +17,3 @@ MELODY_PASSES = 1000
 
 MESSAGE_PASSES = 1500
 """The count at which the message about a file's end is over."""
-
-PLAYING_PASSES = 125
-"""Interval at which the picture of a running file changes."""

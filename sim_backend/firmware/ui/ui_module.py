@@ -5,43 +5,24 @@ Source: docs/firmware.md sections 1, 5.2 (Ui map) and 8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 
-from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.button import ENTER_BUTTON, EXIT_BUTTON, Button, ButtonState
-from sim_backend.firmware.files.loader import Loader
-from sim_backend.firmware.files.names import pack_name
-from sim_backend.firmware.io_control import IoControl
+from firmware_protocol.iomap import ProgramStatus, UiFlag
+from sim_backend.firmware.button import ENTER_BUTTON, EXIT_BUTTON, ButtonState
+from sim_backend.firmware.files.names import pack_name, unpack_name
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.motors.output import OutputModule
-from sim_backend.firmware.radio import Radio
-from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.sensors.input import InputModule
-from sim_backend.firmware.sensors.low_speed import LowSpeedModule
-from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
-from sim_backend.firmware.ui.data_log import DataLog
-from sim_backend.firmware.ui.file_runner import FileRunner
-from sim_backend.firmware.ui.i2c_reader import I2CReader
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.key_states import KeyStates
-from sim_backend.firmware.ui.keys import Key
-from sim_backend.firmware.ui.log_menu import LogMenu
-from sim_backend.firmware.ui.menu import Menu
-from sim_backend.firmware.ui.menu_settings import MenuSettings
-from sim_backend.firmware.ui.menu_states import MenuStates
-from sim_backend.firmware.ui.page import CurrentPage
-from sim_backend.firmware.ui.power_off import PowerOff
-from sim_backend.firmware.ui.program_steps import ProgramSteps
+from sim_backend.firmware.ui.menu_items import Call, Function
+from sim_backend.firmware.ui.pages import Modules, Pages
 from sim_backend.firmware.ui.program_watch import ProgramWatch
 from sim_backend.firmware.ui.radio_dialog import RadioDialog
 from sim_backend.firmware.ui.registers import UiRegisters
-from sim_backend.firmware.ui.sensor_view import SensorView
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
-from sim_backend.firmware.ui.states import Programs, UiState
+from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.status_bar import StatusBar
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 from sim_backend.firmware.versions import Version
@@ -58,81 +39,65 @@ class UiModule:
         battery: The supply.
         sleep_timer: Decides when to switch off.
         status_bar: The icons at the top of the screen.
+        program_steps: The program that is made on the brick.
     """
 
-    def __init__(
-        self,
-        clock: Clock,
-        version: Version,
-        *,
-        buttons: Sequence[Button],
-        screen: ScreenRefresh,
-        sound: SoundModule,
-        loader: Loader,
-        inputs: InputModule,
-        outputs: OutputModule,
-        low_speed: LowSpeedModule,
-        programs: Programs,
-        radio: Radio,
-        io_control: IoControl,
-    ) -> None:
-        self._clock, self._buttons, self._programs, self._radio = clock, buttons, programs, radio
-        self._io_control, self._screen, self._enter_keeps_program = io_control, screen, version.enter_keeps_program
+    def __init__(self, clock: Clock, version: Version, modules: Modules) -> None:
+        self._clock, self._buttons, self._programs = clock, modules.buttons, modules.programs
+        self._radio, self._io_control, self._screen = modules.radio, modules.io_control, modules.screen
+        self._enter_keeps_program = version.enter_keeps_program
+        screen, sound, radio = modules.screen, modules.sound, modules.radio
         self.registers = registers = UiRegisters(clock)
         self.battery, self.sleep_timer = battery, sleep_timer = Battery(), SleepTimer(clock)
-        self._stored = StoredSettings(loader, version.settings)
+        self._stored = stored = StoredSettings(modules.loader, version.settings)
         self._load_settings()
         sound.volume = registers.volume
-        self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
-        data_log = version.data_log
-        settings, steps = MenuSettings(registers, sleep_timer, self._stored), ProgramSteps(loader, programs, sound)
-        i2c = I2CReader(low_speed, modern=data_log)
-        view = SensorView(inputs, outputs, i2c, modern=data_log)
-        logs = LogMenu(DataLog(clock, loader, inputs, outputs, i2c, programs, screen))
-        self._current = current = CurrentPage(KeyStates(registers, screen))
-        self._menu = menu = Menu(
-            clock, registers, keys, current, settings, loader, screen, view, logs, steps, radio, has_log=data_log
-        )
+        self._keys = keys = KeyInput(clock, registers, modules.buttons, sound, sleep_timer)
+        self._pages = pages = Pages(clock, registers, keys, sleep_timer, stored, modules, modern=version.data_log)
+        self.program_steps = pages.steps
         self._warning = BatteryWarning(clock, registers, battery, keys, screen)
-        self._files = FileRunner(
-            clock, registers, keys, menu, current, screen, sound, programs, io_control, sleep_timer, data_log=data_log
-        )
-        self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
-        self._boot = Boot(registers, battery, self._warning, screen, self.status_bar, sound, self._restart)
-        self._dialog = RadioDialog(clock, registers, keys, menu, current, screen, sound, radio)
-        self._power_off = PowerOff(registers, keys, current, screen, programs, radio, io_control, sleep_timer)
-        self._watch = ProgramWatch(registers, programs, sound, screen, restores=version.end_restores_screen)
-        self._menu_states = MenuStates(registers, keys, menu, current)
+        self.status_bar = StatusBar(clock, registers, battery, radio, screen)
+        self._boot = Boot(registers, battery, self._warning, screen, sound, self._restart)
+        self._dialog = RadioDialog(registers, screen, sound, radio, pages.message, pages.text, pages.place.go_home)
+        self._watch = ProgramWatch(registers, modules.programs, sound, screen, restores=version.end_restores_screen)
         self._handlers = self._handlers_of_states()
-        self._counters = {registers.timer, self._files.playing, self._dialog.shown, *menu.counters}
         self.due_ms, self._event_ms = 0, NEVER
 
     def _handlers_of_states(self) -> Mapping[int, Callable[[], None]]:
         """Return what each state does in a pass, whatever has set it."""
-        boot, menu, files = self._boot, self._menu_states, self._files
+        boot = self._boot
         return {
             UiState.START: boot.start,
             UiState.EMPTY: boot.show_empty,
             UiState.LOGO: boot.show_logo,
             UiState.MELODY: boot.wait,
-            UiState.ENTRY: menu.enter,
-            UiState.MENU: menu.prepare,
-            UiState.DRAWING: menu.draw,
-            UiState.WAITING: menu.wait,
-            UiState.LEFT: partial(menu.follow, Key.LEFT),
-            UiState.RIGHT: partial(menu.follow, Key.RIGHT),
-            UiState.ENTER: partial(menu.follow, Key.ENTER),
-            UiState.EXIT: partial(menu.follow, Key.EXIT),
+            **self._pages.menu.handlers,
             UiState.QUESTION: self._dialog.ask,
             UiState.OPENING: self._open_file,
-            UiState.RUNNING: files.run,
+            UiState.RUNNING: self._pages.runner.state,
             UiState.LOW_BATTERY: self._warning.wait,
             UiState.REPORT: self._dialog.report,
         }
 
     def _open_file(self) -> None:
-        self._dialog.redraw()
-        self._files.open()
+        """Give the screen to the requested file; whatever was shown begins anew after it."""
+        registers = self.registers
+        self._pages.menu.go_to_file()
+        registers.step = registers.picture = 0
+        self._pages.forget_steps()
+        registers.selected = unpack_name(registers.program_name)
+        self._pages.files.open_programs()
+        self._pages.runner.run(Call.OPEN)
+        registers.go_to(UiState.RUNNING)
+
+    def _accept_file(self) -> None:
+        """Accept a request, if there is one; another one in the next pass can still replace the file."""
+        registers = self.registers
+        if registers.requested:
+            registers.set(UiFlag.BUSY)
+            registers.go_to(UiState.OPENING)
+            self._io_control.stays_on = False
+            self.sleep_timer.restart(self._clock.now_ms)
 
     def _load_settings(self) -> None:
         self._stored.load()
@@ -142,28 +107,12 @@ class UiModule:
         """Start again after the brick was switched off: as at power-on, but the other modules continue."""
         registers = self.registers
         self._load_settings()
-        self._warning.allow()
-        registers.run_state, registers.error = 1, 0
+        self._warning.given = registers.error = 0
+        registers.run_state = 1
         self.battery.restart(self._clock.now_ms - 1)
         self.status_bar.restart()
         self._screen.on = True
-        self._dialog.redraw()
-
-    @property
-    def program_steps(self) -> ProgramSteps:
-        """The program that is made on the brick."""
-        return self._menu.program
-
-    @property
-    def map_state(self) -> int:
-        """The state in the map. A written state takes effect in the same pass, and ends what the old one has begun."""
-        return self.registers.state
-
-    @map_state.setter
-    def map_state(self, state: int) -> None:
-        if state != self.registers.state:
-            self.registers.state = state
-            self._current.interrupt()
+        self._pages.forget_steps()
 
     def wake(self) -> None:
         """Run in this module's next turn."""
@@ -217,24 +166,22 @@ class UiModule:
     def run(self, now_ms: int) -> None:
         """Run one pass: the state, then the warning, requests of the radio and for files, status bar, and power."""
         registers = self.registers
-        registers.wake_ms = NEVER
-        for counter in self._counters:
+        registers.rest(1)
+        for counter in self._pages.counters:
             counter.settle()
         self._io_control.send()
         self._watch.follow()
         self._follow_radio(now_ms - 1)
-        self._follow_sleep_request(now_ms)
-        self._follow_exit()
-        if handler := self._handlers.get(registers.state):
-            handler()
-        if self._menu.logs.log.runs:
-            self.sleep_timer.rest(now_ms)
+        self.sleep_timer.follow_request(now_ms, resets=bool(registers.flags & UiFlag.RESET_SLEEP_TIMER))
+        self._handlers.get(registers.state, registers.rest)()
         self._warning.follow()
         self._dialog.follow()
-        self._files.accept()
+        self._accept_file()
+        registers.put(UiFlag.RESET_SLEEP_TIMER, not self.sleep_timer.limit_minutes)
         self._follow_battery(now_ms)
+        self._follow_exit()
+        self._pages.power_off.follow(partial(self._pages.menu.call, Function.OFF, Call.OPEN))
         self.status_bar.follow()
-        self._power_off.follow()
         self._follow_radio(now_ms)
         self._schedule(now_ms)
 
@@ -243,12 +190,6 @@ class UiModule:
         if self._radio.follow(until_ms):
             self.registers.set(UiFlag.REDRAW_STATUS)
 
-    def _follow_sleep_request(self, now_ms: int) -> None:
-        """Restart the sleep timer on request."""
-        registers = self.registers
-        again = self.sleep_timer.follow_request(now_ms, resets=bool(registers.flags & UiFlag.RESET_SLEEP_TIMER))
-        registers.put(UiFlag.RESET_SLEEP_TIMER, again)
-
     def _follow_battery(self, now_ms: int) -> None:
         """Take a sample of the battery when it is time."""
         if self.battery.since_sample_ms(now_ms) == 0:
@@ -256,11 +197,10 @@ class UiModule:
             self.registers.set(UiFlag.UPDATE)
 
     def _follow_exit(self) -> None:
-        """Switch the brick off while exit's state says that it was held, but not in a start."""
+        """Switch the brick off while exit's state says that it was held, but not in a start, or between two steps."""
         registers = self.registers
         held = self._buttons[EXIT_BUTTON].state & ButtonState.LONG_PRESS
-        may = registers.may_switch_off and not (registers.starting or self._current.shows(self._power_off.page))
-        if held and may:
+        if held and not (registers.starting or registers.step or self._programs.status == ProgramStatus.RUNNING):
             registers.force_off = 1
 
     def _schedule(self, now_ms: int) -> None:
@@ -273,7 +213,7 @@ class UiModule:
         if (
             self.status_bar.due
             or self._warning.due
-            or self._boot.finds_empty
+            or self._boot.due
             or self._watch.due
             or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
         ):
