@@ -101,14 +101,15 @@ def visibility(visible: bool) -> Sequence[Change]:
     return Change(3, Part.ANSWER, _VISIBILITY_SET), Change(3, Part.VISIBLE, visible)
 
 
-def search(at_ms: int) -> Sequence[Change]:
-    """Return the changes of a search that finds nothing."""
-    return Change(at_ms, Part.ANSWER, _SEARCHES), Change(at_ms + 1, Part.ANSWER, _FOUND_NONE)
+def search(begin: Callable[[], object]) -> Sequence[Change]:
+    """Return the changes of a search that finds nothing, with a call as it begins."""
+    searches = Change(3, Part.ANSWER, _SEARCHES), Change(2, Part.TABLES, begin)
+    return *searches, Change(4, Part.ANSWER, _FOUND_NONE)
 
 
 def removed(remove: Callable[[], object]) -> Sequence[Change]:
     """Return the changes of the command to remove a device, which a call removes from the table."""
-    return Change(3, Part.ANSWER, _answer(0x1B, b"\x53")), Change(3, Part.TABLES, remove)
+    return Change(3, Part.ANSWER, _answer(0x1B, b"\x53")), Change(2, Part.TABLES, remove)
 
 
 def after_ends(

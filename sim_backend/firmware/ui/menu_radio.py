@@ -74,7 +74,7 @@ class MenuRadio:
     def show(self, argument: int) -> bool:
         """Make the radio visible to others, or not."""
         registers, radio = self._registers, self._radio
-        if not registers.step and radio.begin(3, *visibility(argument == Call.ON)):
+        if not registers.step and self._begin(3, *visibility(argument == Call.ON)):
             registers.step = 1
         elif not (registers.step and radio.seems_busy):
             registers.end(UiState.EXIT)
@@ -90,7 +90,7 @@ class MenuRadio:
                 self._screen.mark(marks.ICONS)
                 registers.step = 1
             case 1 if self._message.show(9):
-                found = self._begin_search()
+                found = self._begin(5, *search(radio.tables.begin_search), ending_ms=2)
                 if found:
                     self._screen.mark(marks.FOUND)
                 registers.step = 2 if found else _FAILED
@@ -111,14 +111,21 @@ class MenuRadio:
                 self._fail()
         return bool(registers.step)
 
-    def _begin_search(self) -> bool:
-        """Begin to search, after the end of a connection from another brick; return whether that is possible."""
-        tables = self._radio.tables
-        tables.begin_search()
+    def _begin(self, duration_ms: int, *changes: Change, ending_ms: int = 1) -> bool:
+        """Begin a command to the radio, after the end of a connection from another brick; return whether it can begin.
+
+        Args:
+            duration_ms: How long it takes.
+            changes: What it changes.
+            ending_ms: How much longer it takes with such a connection.
+        """
+        radio, tables = self._radio, self._radio.tables
         if not tables.connected(0):
-            return self._radio.begin(5, *search(3))
+            return radio.begin(duration_ms, *changes)
         handle = tables.handle(0)
-        return self._radio.begin(7, *disconnected(2, handle, partial(tables.end, handle)), *search(4))
+        delayed = (change._replace(at_ms=change.at_ms + 1) for change in changes)
+        ended = disconnected(2, handle, partial(tables.end, handle))
+        return radio.begin(duration_ms + ending_ms, *ended, *delayed)
 
     def devices(self, argument: int) -> bool:
         """List the devices of the table, choose one, or remove the chosen one, as the radio does not know it."""
@@ -133,7 +140,7 @@ class MenuRadio:
                 self._await()
             case Call.DELETE if self._device_number is not None:
                 remove = partial(self._radio.tables.remove, self._device_number)
-                self._command(3, *removed(remove))
+                registers.step = 1 if self._begin(3, *removed(remove)) else _FAILED
                 self._selected = 0
             case Call.DELETE:
                 registers.end(UiState.EXIT)
@@ -212,7 +219,7 @@ class MenuRadio:
                 registers.end(UiState.EXIT)
             case 1 if self._message.show(10):
                 found = self._device_number is not None
-                registers.step = 2 if found and self._radio.begin(_CONNECTS_MS) else _FAILED
+                registers.step = 2 if found and self._begin(_CONNECTS_MS) else _FAILED
             case 2 if not self._radio.seems_busy:
                 registers.step = 6  # the line is busy
             case 6 if self._message.show(12, passes=message.LONG):
