@@ -73,7 +73,7 @@ ICONS, FOUND = Marks(update=0xE_0000), Marks(update=0x400)
 LOGO = Marks(0x2000_0000, 0x10_0000, _ALL, _ALL, keeps_centered=True)
 PICTURE = Marks(0x10_0000, 0x10_0000, _ALL, keeps_centered=True)
 """The first picture of a start, and the others."""
-EMPTY, ENTRY = Marks(update=0x10_0000, drop=_ALL), Marks(0x2000_0000)
+EMPTY, ENTRY = Marks(update=0x10_0000, drop=_ALL, keeps_centered=True), Marks(0x2000_0000)
 """The picture of an empty battery in a start, and the end of the pictures."""
 STATUS = Marks(0x200, 0x1F200)
 """The status bar."""
