@@ -101,7 +101,7 @@ class FileList:
         if not registers.step:
             self._next_state = UiState.WAITING
             if argument in (Call.LEFT, Call.RIGHT):
-                self._chosen = neighbour(self._chosen, -1 if argument == Call.LEFT else 1, self._files)
+                self._chosen = neighbour(self._chosen, argument, self._files)
             else:
                 self._kind = argument or self._kind
                 self._chosen, self._next_state = 1, registers.state

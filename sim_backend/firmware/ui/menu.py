@@ -54,8 +54,8 @@ class Menu:
             UiState.MENU: self._prepare,
             UiState.DRAWING: self._draw,
             UiState.WAITING: self._wait,
-            UiState.LEFT: partial(self._move, -1),
-            UiState.RIGHT: partial(self._move, 1),
+            UiState.LEFT: partial(self._move, Call.LEFT),
+            UiState.RIGHT: partial(self._move, Call.RIGHT),
             UiState.ENTER: self._enter,
             UiState.EXIT: self._exit,
         }
@@ -113,14 +113,14 @@ class Menu:
         if key in KEY_STATES and not (key == Key.EXIT and self._place.level.item.on & On.NO_EXIT):
             registers.go_to(KEY_STATES[key])
 
-    def _move(self, step: int) -> None:
-        """Follow left (-1) or right (1)."""
+    def _move(self, call: Call) -> None:
+        """Follow left or right."""
         place, item = self._place, self._place.level.item
         if item.on & On.KEYS_CALL:
-            self.call(item.function, Call.LEFT if step < 0 else Call.RIGHT)
+            self.call(item.function, call)
         else:
             place.opened = place.only_calls = False
-            place.level.move(step)
+            place.level.move(call)
         self._registers.go_to(UiState.MENU)
 
     def _enter(self) -> None:

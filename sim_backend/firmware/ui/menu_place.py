@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from sim_backend.firmware.ui.menu_items import MAIN, NOWHERE, Item, On
+from sim_backend.firmware.ui.menu_items import MAIN, NOWHERE, Call, Item, On
 
 _MENUS, _LEVELS = 3, 10
 """How many menus can be on the way, and how many levels of each."""
@@ -22,9 +22,9 @@ class Level:
     def __init__(self) -> None:
         self.item, self.number, self.items = NOWHERE, 0, 0
 
-    def move(self, step: int) -> None:
-        """Choose the item to the left (-1) or right (1)."""
-        self.number = neighbour(self.number, step, self.items)
+    def move(self, call: Call) -> None:
+        """Choose the item to the left or right."""
+        self.number = neighbour(self.number, call, self.items)
 
 
 class _Menu:
@@ -134,8 +134,8 @@ class MenuPlace:
             way.levels[way.level].number = item.leads_to
 
 
-def neighbour(number: int, step: int, items: int) -> int:
-    """Return the number of the item to the left (-1) or right (1) of one: more than two items are a ring."""
-    if step < 0:
+def neighbour(number: int, call: int, items: int) -> int:
+    """Return the number of the item to the left of one, for `Call.LEFT`, else right: more than two items are a ring."""
+    if call == Call.LEFT:
         return number - 1 if number > 1 else items if items > 2 else number
     return number + 1 if number < items else 1 if items > 2 else number

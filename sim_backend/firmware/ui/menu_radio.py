@@ -156,7 +156,7 @@ class MenuRadio:
                 return
             self._screen.mark(marks.TAKEN)
         else:
-            self._device = neighbour(self._device, -1 if argument == Call.LEFT else 1, self._devices)
+            self._device = neighbour(self._device, argument, self._devices)
         self._screen.mark(marks.listed(self._devices, self._device))
         registers.go_to(UiState.WAITING)
 
@@ -248,8 +248,12 @@ class MenuRadio:
         if argument == Call.OPEN:
             self._slots, self._slot = slots, first
         else:
-            self._slot = neighbour(self._slot, -1 if argument == Call.LEFT else 1, self._slots)
-        shown = neighbour(self._slot, -1, self._slots), self._slot, neighbour(self._slot, 1, self._slots)
+            self._slot = neighbour(self._slot, argument, self._slots)
+        shown = (
+            neighbour(self._slot, Call.LEFT, self._slots),
+            self._slot,
+            neighbour(self._slot, Call.RIGHT, self._slots),
+        )
         ahead = self._slots == CONNECTIONS  # the first one is that of the brick that has connected to this one
         connected = [self._radio.tables.connected(slot - ahead) for slot in shown]
         self._screen.mark(marks.connections(connected))

@@ -85,7 +85,7 @@ class MenuSettings:
         if argument == Call.OPEN:
             registers.counter = present + 1
         else:
-            registers.counter = neighbour(registers.counter, -1 if argument == Call.LEFT else 1, values)
+            registers.counter = neighbour(registers.counter, argument, values)
         self._screen.mark(marks.BAR)
 
     def version(self, _argument: int) -> bool:
