@@ -56,8 +56,8 @@ LATE_CHANCE = 0.3
 STRAY_CHANCE = 0.1
 """Chance of anything else: the target moved, or the other sighting was of a look-alike."""
 WALKS_CHANCE = 0.1
-"""Chance that a range keeps changing at its last rate because somebody is walking there. By echoes alone, a person who
-walks away looks like a robot that drives backwards."""
+"""Chance that the range keeps changing at its latest rate because someone is walking in front of the robot. To the
+sonar alone, a person who walks away looks the same as a robot that drives backwards."""
 OLDER_CHANCE = 0.1
 """Chance, for each age in `AGES` but 0, that frames are older than the mission says by it."""
 SLIP_CHANCE = 0.2
