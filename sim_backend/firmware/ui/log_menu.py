@@ -121,12 +121,12 @@ class LogMenu:
                 log.end()
                 registers.clear(UiFlag.BUSY)
                 registers.end(UiState.RIGHT)
-            case 3 if self._message.show(9, 5, passes=message.LONG):
-                self._leave()
-            case 4 if self._message.show(9, 5, passes=message.LONG):
-                registers.step = 2
-            case 3 | 4:
+            case 3 | 4 if not self._message.show(9, 5, passes=message.LONG):
                 pass
+            case 3:
+                self._leave()
+            case 4:
+                registers.step = 2
             case _:
                 registers.rest()
 
