@@ -113,13 +113,24 @@ def removed(remove: Callable[[], object]) -> Sequence[Change]:
 
 
 def after_ends(
-    changes: Sequence[Change], handles: Sequence[int], ends_ms: int, end: Callable[[int], object]
+    changes: Sequence[Change],
+    handles: Sequence[int],
+    ends_ms: int,
+    end: Callable[[int], object],
+    each_ms: int = END_MS,
 ) -> Sequence[Change]:
-    """Return changes after the end of connections, given by their handles, the first of which ends at a time."""
-    delay_ms = END_MS * len(handles)
-    delayed = [change._replace(at_ms=change.at_ms + delay_ms) for change in changes]
+    """Return changes after the end of connections.
+
+    Args:
+        changes: As without connections.
+        handles: Those of the connections.
+        ends_ms: When the first one ends.
+        end: Removes one from the table.
+        each_ms: By how much each one delays what follows.
+    """
+    delayed = [change._replace(at_ms=change.at_ms + each_ms * len(handles)) for change in changes]
     for place, handle in enumerate(handles):
-        delayed += disconnected(ends_ms + END_MS * place, handle, partial(end, handle))
+        delayed += disconnected(ends_ms + each_ms * place, handle, partial(end, handle))
     return delayed
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from sim_backend.firmware.radio import Radio
-from sim_backend.firmware.radio_answers import Change, disconnected, removed, search, visibility
+from sim_backend.firmware.radio_answers import Change, after_ends, disconnected, removed, search, visibility
 from sim_backend.firmware.radio_tables import CONNECTIONS, FREE
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import message
@@ -119,13 +119,10 @@ class MenuRadio:
             changes: What it changes.
             ending_ms: How much longer it takes with such a connection.
         """
-        radio, tables = self._radio, self._radio.tables
-        if not tables.connected(0):
-            return radio.begin(duration_ms, *changes)
-        handle = tables.handle(0)
-        delayed = (change._replace(at_ms=change.at_ms + 1) for change in changes)
-        ended = disconnected(2, handle, partial(tables.end, handle))
-        return radio.begin(duration_ms + ending_ms, *ended, *delayed)
+        tables = self._radio.tables
+        handles = [tables.handle(0)] if tables.connected(0) else []
+        later = after_ends(changes, handles, 2, tables.end, each_ms=1)
+        return self._radio.begin(duration_ms + ending_ms * len(handles), *later)
 
     def devices(self, argument: int) -> bool:
         """List the devices of the table, choose one, or remove the chosen one, as the radio does not know it."""
@@ -166,10 +163,6 @@ class MenuRadio:
         devices = self._radio.tables.devices(known=self._lists_known)
         return devices[self._selected - 1] if 0 < self._selected <= len(devices) else None
 
-    def _command(self, duration_ms: int, *changes: Change) -> None:
-        """Begin a command to the radio."""
-        self._registers.step = 1 if self._radio.begin(duration_ms, *changes) else _FAILED
-
     def _await(self) -> None:
         """Wait for the end of a command, or show that it has failed."""
         if self._registers.step != 1:
@@ -194,10 +187,9 @@ class MenuRadio:
 
     def _disconnect(self, number: int) -> None:
         tables = self._radio.tables
-        if (handle := tables.handle(number)) == FREE:
-            self._command(1)
-        else:
-            self._command(2, *disconnected(2, handle, partial(tables.end, handle)))
+        handle = tables.handle(number)
+        changes = () if handle == FREE else disconnected(2, handle, partial(tables.end, handle))
+        self._registers.step = 1 if self._radio.begin(2 if changes else 1, *changes) else _FAILED
 
     def send(self, argument: int) -> bool:
         """List the connections to send a file to, or for a new one; show that there is none, or make one."""
