@@ -116,10 +116,12 @@ class Glimpse:
     Attributes:
         time_s: When the frame was taken, on the mission's clock.
         seen: The targets confirmed in it, by name.
+        unconfirmed: Names of the targets detected in it that another frame has to confirm.
     """
 
     time_s: float
     seen: Mapping[str, Sighting]
+    unconfirmed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 from behaviors.adaptive.driven_floor import DrivenFloor
@@ -12,7 +13,7 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
-from behaviors.ports import Pose, Sighting, StopReason
+from behaviors.ports import Glimpse, Pose, Sighting, StopReason
 from behaviors.skills import STEER_LIMIT_DEG_S, STEER_PER_S, SkillContext, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
@@ -30,6 +31,12 @@ SILENT_SHARE = 0.6
 """Share of its speed at which the robot drives while the sonar seems dead."""
 SLOW_LINK_S = 0.5
 """If requesting echo and pose takes longer than this, the link is slow."""
+SLOW_LOOK_S = 0.3
+"""If looking at one frame takes longer than this, looks are slow."""
+LISTEN_S = 0.1
+"""Between slow looks the echo is measured this often."""
+LATEST_LOOKS = 3
+"""This many looks in succession have to take long: a camera may need a second for its first frame, or lose one."""
 BURST_FRAMES = 3
 """Number of frames that each look evaluates on a slow link, where a frame takes little time compared with a round
 trip."""
@@ -50,12 +57,14 @@ class Observation:
         sighting: The newest one of the current target, or None.
         range_mm: The sonar's echo, or None.
         frames: For each frame, oldest first, whether it showed the current target.
+        unconfirmed: Whether the newest frame showed something that another frame may confirm as the current target.
     """
 
     time_s: float
     sighting: Sighting | None
     range_mm: float | None
     frames: tuple[bool, ...]
+    unconfirmed: bool
 
 
 def blocker_without_echo(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
@@ -92,6 +101,7 @@ class Perception:
         self._turn_tests = 0 if world.knows_turns else TURN_TESTS
         self._looked_s = -math.inf
         self._step_s = self._answer_s = 0.0
+        self._looks_s: deque[float] = deque(maxlen=LATEST_LOOKS)
         self._range_mm: float | None = None
         self._start: Pose | None = None
         self._driven = DrivenFloor()
@@ -110,6 +120,11 @@ class Perception:
         """How many frames are looked at in each step: several on a slow link."""
         return BURST_FRAMES if self._answer_s > SLOW_LINK_S else 1
 
+    @property
+    def looks_are_slow(self) -> bool:
+        """Whether a look takes long, and not the link: the detector is slow, or frames are rare."""
+        return self.frames == 1 and len(self._looks_s) == LATEST_LOOKS and min(self._looks_s) > SLOW_LOOK_S
+
     def step(self) -> Observation:
         """Look at the next frame or frames, measure the range, and update the world model.
 
@@ -120,21 +135,18 @@ class Perception:
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
+        begun_s = self.now()
         glimpses = [context.vision.glance(looked_for) for _ in range(self.frames)]
         asked_s = self.now()
-        range_mm = context.body.range_mm()
-        pose = context.body.pose()
-        now_s = self.now()
+        self._looks_s.append((asked_s - begun_s) / len(glimpses))
+        now_s, pose, range_mm = self._measure()
         if now_s - self._looked_s <= LONGEST_STEP_S:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
-        self._range_mm = range_mm = self._accepted(now_s, pose, range_mm)
         self.world.travel_mm_s = self._travel_mm_s
         free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
         rays = context.vision.free_floor(free_at_s) if self.parameters.sees_floor else ()
-        if self._turn_tests:
-            self.turns.add(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, sonar_works=not self.sonar.silent)]
@@ -143,7 +155,29 @@ class Perception:
         sightings = [each.get(self.target) for each in seen]
         newest = next(filter(None, reversed(sightings)), None)
         note_look(context, pose, range_mm, newest)
-        return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
+        shown = tuple(each is not None for each in sightings)
+        return Observation(now_s, newest, range_mm, shown, self.target in glimpses[-1].unconfirmed)
+
+    def listen(self) -> None:
+        """Measure the range after a moment, without a look, and update the map.
+
+        Raises:
+            TimeUp: The mission's time is over.
+            Outage: The brick does not answer.
+        """
+        self.context.check_time()
+        self.context.clock.sleep(LISTEN_S)
+        now_s, pose, range_mm = self._measure()
+        self.world.perceive(now_s, pose, range_mm, (), Glimpse(now_s, {}), sonar_works=not self.sonar.silent)
+
+    def _measure(self) -> tuple[float, Pose, float | None]:
+        """Return the time, the pose and the echo, unless that is not to be believed."""
+        range_mm = self.context.body.range_mm()
+        pose, now_s = self.context.body.pose(), self.now()
+        self._range_mm = range_mm = self._accepted(now_s, pose, range_mm)
+        if self._turn_tests:
+            self.turns.add(pose, range_mm)
+        return now_s, pose, range_mm
 
     def _free_at_s(self, time_s: float, pose: Pose) -> float | None:
         """Return the time of a frame in which the floor right ahead was free, the latest one or an earlier one.

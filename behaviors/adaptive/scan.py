@@ -13,6 +13,8 @@ from behaviors.skills import sighted
 
 STEP_DEG = 6.0
 """The robot turns no more than this between two frames, so that neighbouring frames show the same thing."""
+STOP_SHARE = 1.6
+"""If looks are slow the robot stops for each, this share of half the angle of view apart."""
 BURST_STEP_DEG = 24.0
 """No more than this between two looks at several frames each, as on a slow link."""
 SLOWEST_DEG_S = 10.0
@@ -53,6 +55,7 @@ class ScanSkill:
         self._perception = perception
         self._rate_deg_s = perception.parameters.scan_deg_s
         self._range_mm: float | None = None
+        self._unconfirmed = False
 
     def call(self) -> Fact:
         """Scan until the target is seen or nothing is left to look at; the robot is at rest afterwards."""
@@ -128,14 +131,30 @@ class ScanSkill:
         return None
 
     def _rest(self) -> Fact | None:
-        """Evaluate a few frames at rest: the target may be in view already."""
+        """Evaluate a few frames at rest: the target may be in view already. One is enough if looks are slow."""
         for _ in range(math.ceil(FRAMES_AT_REST / self._perception.frames)):
             if (fact := self._see()) is not None:
                 return fact
+            if self._perception.looks_are_slow and not self._unconfirmed:
+                break
         return None
 
     def _sweep(self, angle_deg: float) -> Fact | None:
-        """Turn by an angle, slowly enough for the camera; notices when something holds the robot."""
+        """Turn by an angle while looking; if looks are slow, stop for each and only listen in between."""
+        if not self._perception.looks_are_slow:
+            return self._turn(angle_deg, look=True)
+        self._rate_deg_s = self._perception.parameters.scan_deg_s
+        stops = math.ceil(abs(angle_deg) / (STOP_SHARE * self._perception.world.targets.half_view_deg))
+        for _ in range(stops):
+            fact = self._turn(angle_deg / stops, look=False)
+            self._perception.context.body.stop()
+            fact = fact or self._rest()
+            if fact is not None:
+                return fact
+        return None
+
+    def _turn(self, angle_deg: float, *, look: bool) -> Fact | None:
+        """Turn by an angle, looking slowly enough for that or listening; notices when something holds the robot."""
         perception = self._perception
         start_deg = heading_deg = perception.world.pose.heading_deg
         sign = 1 if angle_deg > 0 else -1
@@ -143,7 +162,9 @@ class ScanSkill:
         moved_deg, still_s = heading_deg, 0.0
         while sign * (heading_deg - start_deg) < abs(angle_deg):
             perception.drive(0.0, sign * self._rate_deg_s)
-            if (fact := self._see()) is not None:
+            if not look:
+                perception.listen()
+            elif (fact := self._see()) is not None:
                 return fact
             heading_deg, now_s = perception.world.pose.heading_deg, perception.now()
             still_s += min(now_s - then_s, LONGEST_STEP_S)
@@ -152,16 +173,17 @@ class ScanSkill:
             elif still_s > HELD_S:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=blocker_without_echo())
-            # on a slow link steps take longer: turn slower
-            step_deg = BURST_STEP_DEG if perception.frames > 1 else STEP_DEG
-            self._rate_deg_s = max(SLOWEST_DEG_S, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s)))
+            if look:  # on a slow link steps take longer: turn slower
+                step_deg = BURST_STEP_DEG if perception.frames > 1 else STEP_DEG
+                rate_deg_s = step_deg / max(0.01, now_s - then_s)
+                self._rate_deg_s = max(SLOWEST_DEG_S, min(self._unblurred_deg_s(), rate_deg_s))
             then_s = now_s
         return None
 
     def _see(self) -> Fact | None:
         """Evaluate one frame."""
         observation = self._perception.step()
-        self._range_mm = observation.range_mm
+        self._range_mm, self._unconfirmed = observation.range_mm, observation.unconfirmed
         return sighted(observation.sighting) if observation.sighting else None
 
     def _unblurred_deg_s(self) -> float:

@@ -20,11 +20,15 @@ class Confirmation:
 
     The first sighting needs agreeing detections in `NEEDED` of the last `WINDOW` frames. From then on one agreeing
     detection is enough, until none has come for `MEMORY_S`: a frame or two without a detection lose nothing.
+
+    Attributes:
+        awaited: Whether the latest frame has detections, but none that is confirmed: the next frame may confirm one.
     """
 
     def __init__(self) -> None:
         self._recent: deque[tuple[float, Sequence[Sighting]]] = deque(maxlen=WINDOW - 1)
         self._track: tuple[float, Sighting] | None = None
+        self.awaited = False
 
     def track(self, time_s: float) -> Sighting | None:
         """Return the last confirmed sighting, if it still counts at `time_s`."""
@@ -39,6 +43,7 @@ class Confirmation:
         if chosen is None:
             chosen = next((one for one in seen if self._votes(time_s, one) >= NEEDED), None)
         self._recent.append((time_s, seen))
+        self.awaited = chosen is None and len(seen) > 0
         if chosen is not None:
             self._track = (time_s, chosen)
         return chosen

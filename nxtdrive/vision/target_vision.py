@@ -119,7 +119,7 @@ class CameraVision:
         self._frame = frame
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}
-        return _glimpse(frame.time_s - self._latency_s, sightings)
+        return _glimpse(frame.time_s - self._latency_s, sightings, self._confirmations)
 
     def _sighted(self, frame: Frame, target: str, found: Sequence[Detection]) -> Sighting | None:
         height, width = frame.image.shape[:2]
@@ -225,7 +225,8 @@ class GeometricVision:
         if self._sensor.unplugged:
             raise NoFrame("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps - self._latency_s
-        glimpse = _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
+        sightings = {target: self._look_at(target, time_s) for target in targets}
+        glimpse = _glimpse(time_s, sightings, self._confirmations)
         if self._sensor.detector_s:
             self._clock.sleep(self._sensor.detector_s)
         return glimpse
@@ -253,9 +254,11 @@ class GeometricVision:
         self._given = number
 
 
-def _glimpse(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glimpse:
+def _glimpse(
+    time_s: float, sightings: Mapping[str, Sighting | None], confirmations: Mapping[str, Confirmation]
+) -> Glimpse:
     seen = {target: sighting for target, sighting in sightings.items() if sighting is not None}
-    return Glimpse(time_s, seen)
+    return Glimpse(time_s, seen, frozenset(target for target in sightings if confirmations[target].awaited))
 
 
 def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float, time_s: float) -> Sighting:

@@ -1,9 +1,13 @@
-"""On a link with 0.3 s per request the robot looks at more frames, keeps turning, and keeps to its path."""
+"""On a link with 0.3 s per request the robot looks at more frames, keeps turning, and keeps to its path.
+
+With a detector that takes long it stops for each look.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,7 +17,7 @@ from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.grid_tuning import FREE_NO_ECHO
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.perception import BURST_FRAMES, FREE_MM, Perception
+from behaviors.adaptive.perception import BURST_FRAMES, FREE_MM, LATEST_LOOKS, Observation, Perception
 from behaviors.adaptive.scan import ScanSkill
 from behaviors.events import Event, Fact, Reason
 from behaviors.ports import Pose
@@ -29,6 +33,7 @@ from sim_backend.simulation import Simulation
 CELLS = Cells()
 
 SLOW_MS = 300.0
+COASTS_DEG = 6.0
 MakePerception = Callable[..., Perception]
 
 
@@ -122,6 +127,68 @@ def test_a_look_round_over_a_slow_link_takes_less_than_twice_as_long(perceive):
         assert ScanSkill(perception).call().event is Event.SEARCH_FAILED
         took_s.append(perception.now() - begun_s)
     assert took_s[1] < 2.0 * took_s[0]
+
+
+@pytest.fixture(name="looked_at")
+def _looked_at(monkeypatch) -> list[Pose]:
+    """The poses at which the robot looked at a frame without turning on, but for what it takes to stop."""
+    poses: list[Pose] = []
+    step = Perception.step
+
+    def noted(self: Perception) -> Observation:
+        before = self.context.body.pose()
+        observation = step(self)
+        if abs(self.world.pose.heading_deg - before.heading_deg) < COASTS_DEG:
+            poses.append(self.world.pose)
+        return observation
+
+    monkeypatch.setattr(Perception, "step", noted)
+    return poses
+
+
+def test_with_slow_looks_a_look_round_stops_for_each_and_listens_in_between(perceive, looked_at):
+    perception = perceive[0](2.0, 0.8)
+    for _ in range(LATEST_LOOKS):
+        perception.step()
+    looked_at.clear()
+    heard = []
+    perceived = perception.world.perceive
+    perception.world.perceive = lambda *args, **options: (heard.append(args[1]), perceived(*args, **options))[1]
+    begun_s = perception.now()
+    assert ScanSkill(perception).call().event is Event.SEARCH_FAILED
+    headings = sorted(pose.heading_deg for pose in looked_at)
+    apart = [after - before for before, after in pairwise(headings)]
+    assert headings[-1] - headings[0] > 330.0
+    assert max(apart) < 2 * perception.world.targets.half_view_deg, "each bearing is in view of a frame"
+    assert perception.now() - begun_s < 0.8 * len(looked_at) + 1.3 * 425.0 / perception.parameters.scan_deg_s
+    echoes = sorted(pose.heading_deg for pose in heard)
+    assert max(after - before for before, after in pairwise(echoes)) < 12.0
+
+
+def test_what_one_slow_look_finds_is_looked_at_again_before_the_robot_turns_on(perceive, looked_at):
+    perception = perceive[0](2.0, 0.8, kind="wall_start")
+    for _ in range(LATEST_LOOKS):
+        perception.step()
+    looked_at.clear()
+    assert ScanSkill(perception).call().event is Event.TARGET_SEEN
+    turned = [abs(after.heading_deg - before.heading_deg) for before, after in pairwise(looked_at)]
+    assert turned[-1] < 1.0, "the second frame confirms what the first one shows"
+    assert all(each > COASTS_DEG for each in turned[:-1]), "nothing is in view before"
+
+
+def test_a_camera_whose_first_frame_comes_late_is_not_slow(perceive):
+    perception = perceive[0](2.0)
+    glance = perception.context.vision.glance
+    delays_s = iter((2.0, 0.0, 0.9, 0.9, 0.0, 0.0))
+
+    def late(targets):
+        perception.context.clock.sleep(next(delays_s))
+        return glance(targets)
+
+    perception.context.vision.glance = late
+    for _ in range(6):
+        perception.step()
+        assert not perception.looks_are_slow
 
 
 def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_fast_one():
