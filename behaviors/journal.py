@@ -34,6 +34,7 @@ class RecordKind(StrEnum):
     CALL = "call"
     REPLY = "reply"
     LOOK = "look"
+    ECHO = "echo"
     STEP = "step"
     CHOICE = "choice"
     SENSOR = "sensor"

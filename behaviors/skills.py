@@ -126,6 +126,11 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
         context.wiring.look(context.clock.now(), pose, range_mm, sighting)
 
 
+def note_echo(context: SkillContext, pose: Pose, range_mm: float | None) -> None:
+    """Write a record of an echo that was measured between two looks, with the pose."""
+    context.note(RecordKind.ECHO, pose=pose_values(pose), range_mm=range_mm)
+
+
 def pose_values(pose: Pose) -> list[float]:
     """Return a pose as plain values: x_mm, y_mm, heading_deg."""
     return [round(pose.x_mm, 1), round(pose.y_mm, 1), round(pose.heading_deg, 1)]

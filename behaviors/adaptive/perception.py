@@ -14,7 +14,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Glimpse, Pose, Sighting, StopReason
-from behaviors.skills import STEER_LIMIT_DEG_S, STEER_PER_S, SkillContext, note_look, steering_deg_s
+from behaviors.skills import STEER_LIMIT_DEG_S, STEER_PER_S, SkillContext, note_echo, note_look, steering_deg_s
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 BLOCKER_MM = 150.0
@@ -169,6 +169,7 @@ class Perception:
         self.context.clock.sleep(LISTEN_S)
         now_s, pose, range_mm = self._measure()
         self.world.perceive(now_s, pose, range_mm, (), Glimpse(now_s, {}), sonar_works=not self.sonar.silent)
+        note_echo(self.context, pose, range_mm)
 
     def _measure(self) -> tuple[float, Pose, float | None]:
         """Return the time, the pose and the echo, unless that is not to be believed."""

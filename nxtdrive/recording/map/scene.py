@@ -98,7 +98,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
             if stood.distance_mm_to(here) >= FOOTPRINT_STEP_MM:
                 stood = here
                 scene.floor.clear_footprint(here)
-            if record.kind is RecordKind.LOOK:
+            if record.kind in (RecordKind.LOOK, RecordKind.ECHO):
                 _add_look(scene, record, here, camera, has_sonar=has_sonar)
         event = reader.read(record, here)
         if event:

@@ -93,6 +93,13 @@ def _legend(records, **options):
     return [key.text for key in map_page(records, **options).keys]
 
 
+def test_the_map_also_shows_echoes_between_slow_looks():
+    echo = Record(1.0, RecordKind.ECHO, "search", "lena", {"pose": [0.0, 0.0, 30.0], "range_mm": 700.0})
+    scene = gather([START, echo, END])
+    assert len(scene.echoes) == 1
+    assert scene.floor.log_odds.max() > 0.0 > scene.floor.log_odds.min()
+
+
 def test_the_view_is_drawn_from_the_lens_and_where_it_looks():
     def drawn(**camera):
         marker = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
