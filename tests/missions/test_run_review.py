@@ -14,7 +14,7 @@ from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.review import recognition
-from nxtdrive.mission.review.reviewed_run import ReviewedRun
+from nxtdrive.mission.review.reviewed_run import ReviewedRun, Transition
 from nxtdrive.mission.review.run_review import RunReview
 from nxtdrive.mission.truth import truth_of
 from sim_backend.bundled import PICTURES, WORLDS
@@ -215,8 +215,8 @@ def test_a_check_needs_no_other_check(mission_for):
     given = []
     for target, truth in (("lena", None), ("rilakkuma", Simulation("open").truth), ("lena", Simulation("open").truth)):
         run = ReviewedRun(mission_for(target), truth)
-        moment = run.learn(_unsuccessful(target))
-        given.append([[about for about, _ in check(run, moment)] for check in checks])
+        transition = Transition(_unsuccessful(target))
+        given.append([[about for about, _ in check(run, transition)] for check in checks])
     assert given == [[["lena"], [], []], [[], ["rilakkuma"], []], [[], [], []]]
 
 

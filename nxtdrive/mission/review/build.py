@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from behaviors.events import Reason
+from behaviors.journal import Value
 from behaviors.mission.robot import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import LOW_BATTERY_MV, Brick
 from nxtdrive.mission.review.recognition import GIVEN_UP
-from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
 
 WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
 BUILD_TOLERANCE = 0.1
@@ -53,38 +54,32 @@ def another_brick(run: ReviewedRun, brick: Brick) -> Hints:
             yield "", text
 
 
-class WeakBattery:
-    """Check at each call whether the battery is weak, until it is."""
-
-    def __init__(self) -> None:
-        self._reported = False
-
-    def __call__(self, _: ReviewedRun, moment: Moment) -> Hints:
-        """Report a weak battery once."""
-        if not self._reported and moment.battery_mv is not None and moment.battery_mv < LOW_BATTERY_MV:
-            self._reported = True
-            volts = f"{moment.battery_mv / 1000:.1f} V"
-            yield "", f"The battery is weak ({volts}). Charge it: motors are slow, and the brick may switch itself off."
+def weak_battery(run: ReviewedRun, battery_mv: Value) -> Hints:
+    """Report a weak battery once."""
+    if not run.weak_battery and isinstance(battery_mv, int) and battery_mv < LOW_BATTERY_MV:
+        run.weak_battery = True
+        volts = f"{battery_mv / 1000:.1f} V"
+        yield "", f"The battery is weak ({volts}). Charge it: motors are slow, and the brick may switch itself off."
 
 
-def ports(run: ReviewedRun, moment: Moment) -> Hints:
+def ports(run: ReviewedRun, transition: Transition) -> Hints:
     """Ask for the ports after a long approach: a robot one wheel of which stands still goes round in circles."""
-    if moment.reason == Reason.APPROACH_TIMEOUT:
+    if transition.reason == Reason.APPROACH_TIMEOUT:
         left, right = run.mission.robot.left, run.mission.robot.right
         text = (
-            f"{moment.target}: the robot drove to it for a long time and did not arrive. If it went round in circles, "
-            f"is the left wheel's motor on port {left} and the right one's on port {right}? `nxtdrive motor turn "
-            f"{left} 360 --nxt ADDRESS` turns the left wheel forwards if it is; other ports are left and right in "
+            f"{transition.target}: the robot drove to it for a long time and did not arrive. If it went round in "
+            f"circles, is the left wheel's motor on port {left} and the right one's on port {right}? `nxtdrive motor "
+            f"turn {left} 360 --nxt ADDRESS` turns the left wheel forwards if it is; other ports are left and right in "
             "[robot]."
         )
-        yield moment.target, text
+        yield transition.target, text
 
 
-def motors(run: ReviewedRun, moment: Moment) -> Hints:
+def motors(run: ReviewedRun, ending: str) -> Hints:
     """Doubt the motors at the end, unless they were measured or are a simulated robot's usual ones."""
     described = run.mission.robot.model_fields_set & WIRING_KEYS
     doubtful = run.mission.calibration.motors is None and (run.truth is None or described)
-    if moment.ending in GIVEN_UP and run.seen and not run.arrivals and doubtful:
+    if ending in GIVEN_UP and run.seen and not run.arrivals and doubtful:
         text = (
             "The robot saw a target and reached none. If it turned or drove the wrong way, its motors are "
             "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out."

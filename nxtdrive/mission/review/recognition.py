@@ -9,7 +9,7 @@ from pathlib import Path
 from behaviors.events import Event, Reason
 from behaviors.mission.targets import ColorTarget, PictureTarget
 from nxtdrive.mission.files import own_room
-from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
 from nxtdrive.mission.truth import FAR_MM, codes_on
 from nxtdrive.transports.address import Address
 
@@ -21,10 +21,10 @@ NEAR_MM = 1000.0
 """An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""
 
 
-def something_else(run: ReviewedRun, moment: Moment) -> Hints:
+def something_else(run: ReviewedRun, transition: Transition) -> Hints:
     """Check after an arrival whether something that passes for the target is near or in view."""
-    truth, target = run.truth, moment.target
-    if truth is None or not moment.arrived or moment.sighting.get("distance_mm") is None:
+    truth, target = run.truth, transition.target
+    if truth is None or transition.sighting.get("distance_mm") is None:
         return
     names = run.lookalikes(target)
     if not any(truth.in_front_of_camera(name) or truth.lens_distance_mm(name) < NEAR_MM for name in names):
@@ -37,16 +37,16 @@ def something_else(run: ReviewedRun, moment: Moment) -> Hints:
         yield target, text
 
 
-def _unseen(run: ReviewedRun, moment: Moment) -> bool:
+def _unseen(run: ReviewedRun, transition: Transition) -> bool:
     """Return whether a search has looked in all directions without ever having seen its target."""
-    searched = moment.event == Event.SEARCH_FAILED and moment.reason in ROUND
-    return searched and moment.target not in run.seen
+    searched = transition.event == Event.SEARCH_FAILED and transition.reason in ROUND
+    return searched and transition.target not in run.seen
 
 
-def not_in_this_world(run: ReviewedRun, moment: Moment) -> Hints:
+def not_in_this_world(run: ReviewedRun, transition: Transition) -> Hints:
     """Check whether the simulated world has what a search did not find."""
-    target = moment.target
-    if run.truth is None or not _unseen(run, moment) or run.lookalikes(target):
+    target = transition.target
+    if run.truth is None or not _unseen(run, transition) or run.lookalikes(target):
         return
     fronts = run.truth.front_images()
     codes = {name: [] if run.by_name else codes_on(fronts[name], run.detectors[target].detector) for name in fronts}
@@ -71,10 +71,10 @@ def _advice(run: ReviewedRun, target: str, *, named: bool) -> str:
     return "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
 
 
-def too_high(run: ReviewedRun, moment: Moment) -> Hints:
+def too_high(run: ReviewedRun, transition: Transition) -> Hints:
     """Check whether the camera can see the whole of what a search did not find in the simulator."""
-    target = moment.target
-    if run.truth is None or not _unseen(run, moment) or not (names := run.lookalikes(target)):
+    target = transition.target
+    if run.truth is None or not _unseen(run, transition) or not (names := run.lookalikes(target)):
         return
     whole_from_mm = min(map(run.truth.whole_from_mm, names))
     if whole_from_mm > FAR_MM:
@@ -86,10 +86,10 @@ def too_high(run: ReviewedRun, moment: Moment) -> Hints:
         yield target, text
 
 
-def not_recognised(run: ReviewedRun, moment: Moment) -> Hints:
+def not_recognised(run: ReviewedRun, transition: Transition) -> Hints:
     """Suggest what to try after a search in a real room did not find its target."""
-    target = moment.target
-    if run.truth is not None or not _unseen(run, moment):
+    target = transition.target
+    if run.truth is not None or not _unseen(run, transition):
         return
     file = shlex.quote(str(run.file)) if run.file else ""
     mission = f" --mission {file}" if file else ""
@@ -104,14 +104,13 @@ def not_recognised(run: ReviewedRun, moment: Moment) -> Hints:
     yield target, text
 
 
-def not_reached(run: ReviewedRun, moment: Moment) -> Hints:
+def not_reached(run: ReviewedRun, ending: str) -> Hints:
     """Check at the end whether a room of the user's own has a target that was not reached."""
-    if moment.ending not in GIVEN_UP or not Path(run.world).is_file():
+    if ending not in GIVEN_UP or not Path(run.world).is_file():
         return
     check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it."
-    reached = {arrival["target"] for arrival in run.arrivals}
     for target in dict.fromkeys(run.mission.mission.targets):
-        if target not in reached and run.lookalikes(target):
+        if target not in run.reached and run.lookalikes(target):
             seen = target in run.seen
             what = "was seen, but not reached" if seen else "was never seen, although this world has it"
             need = "more time" if seen else "more light, a nearer start, or more time"

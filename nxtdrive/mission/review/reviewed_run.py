@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from behaviors.journal import Record, RecordKind
+from behaviors.journal import Record
 from behaviors.plausibility import contradicts
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
@@ -19,32 +20,26 @@ if TYPE_CHECKING:
 
 Hints = Iterator[tuple[str, str]]
 """Of each the target that it is about, or an empty text; and what to check or change, in one sentence or two."""
+Distances = tuple[float, float]
+"""By the sonar and by the size in the picture, in millimetres."""
 
 
-class Moment:
-    """What the record of a transition, of the end or of a call says; nothing if made from any other record.
+class Transition:
+    """What the record of a transition says.
 
     Attributes:
         target: The target being pursued.
-        arrived: Whether it was reached.
-        event: The event of a transition, or None.
-        reason: Why; None at an arrival.
-        ending: How the mission ended; None before its end.
+        event: What happened.
+        reason: Why.
         evidence: What the skill measured; empty if it reports nothing, as one of another package may.
         sighting: The sighting in that evidence; likewise.
-        battery_mv: Voltage of the battery at a call; None otherwise.
     """
 
     def __init__(self, record: Record) -> None:
-        known = record.data if record.kind in (RecordKind.TRANSITION, RecordKind.END) else {}
-        data = cast("Mapping[str, Any]", known)
-        self.target, self.arrived = record.target, data.get("to") == "reached"
-        self.event, self.reason = data.get("event"), None if self.arrived else data.get("reason")
-        self.ending = data.get("ending")
+        data = cast("Mapping[str, Any]", record.data)
+        self.target, self.event, self.reason = record.target, data.get("event"), data.get("reason")
         self.evidence: Mapping[str, Any] = data.get("evidence", {})
         self.sighting: Mapping[str, Any] = self.evidence.get("sighting", {})
-        battery_mv = record.data.get("battery_mv") if record.kind is RecordKind.CALL else None
-        self.battery_mv = battery_mv if isinstance(battery_mv, int) else None
 
 
 @dataclass
@@ -63,6 +58,8 @@ class ReviewedRun:
             the target.
         seen: The targets that were seen.
         look: Data of the last look; empty before the first.
+        weak_battery: Whether the battery was found to be weak.
+        stops: For each target, the distances at which the robot was stopped although the target looked farther away.
     """
 
     mission: Mission
@@ -74,21 +71,27 @@ class ReviewedRun:
     arrivals: list[dict[str, Any]] = field(default_factory=list, init=False)
     seen: set[str] = field(default_factory=set, init=False)
     look: Mapping[str, Any] = field(default_factory=dict, init=False)
+    weak_battery: bool = field(default=False, init=False)
+    stops: dict[str, list[Distances]] = field(default_factory=lambda: defaultdict(list), init=False)
     _lookalikes: dict[str, list[str]] = field(default_factory=dict, init=False)
 
-    def learn(self, record: Record) -> Moment:
-        """Learn from a record; return what it says."""
-        moment = Moment(record)
-        if record.kind is RecordKind.LOOK:
-            self.look = record.data
-            if record.data["sighting"] is not None:
-                self.seen.add(record.target)
-        elif moment.arrived:
-            believed_mm = moment.sighting.get("distance_mm")
-            arrival = {"target": record.target, "time_s": record.time_s, "believed_mm": believed_mm}
-            arrival["sonar_mm"] = self.look.get("range_mm")
-            self.arrivals.append(arrival | self._compared_with_truth(record.target, believed_mm))
-        return moment
+    def learn_look(self, record: Record) -> None:
+        """Learn from a look."""
+        self.look = record.data
+        if record.data["sighting"] is not None:
+            self.seen.add(record.target)
+
+    def learn_arrival(self, record: Record) -> None:
+        """Learn from the transition to a target reached."""
+        believed_mm = Transition(record).sighting.get("distance_mm")
+        arrival = {"target": record.target, "time_s": record.time_s, "believed_mm": believed_mm}
+        arrival["sonar_mm"] = self.look.get("range_mm")
+        self.arrivals.append(arrival | self._compared_with_truth(record.target, believed_mm))
+
+    @property
+    def reached(self) -> set[str]:
+        """The targets that were reached."""
+        return {arrival["target"] for arrival in self.arrivals}
 
     def lookalikes(self, target: str) -> list[str]:
         """Return the names of the objects of the simulated world that pass for a target; none without the truth."""

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from behaviors.journal import Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.mission.review import build, recognition, sizes
-from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
-Check = Callable[[ReviewedRun, Moment], Hints]
+Check = Callable[[ReviewedRun, Transition], Hints]
+EndCheck = Callable[[ReviewedRun, str], Hints]
+
+AT_ARRIVAL: Sequence[Check] = (recognition.something_else, sizes.size_at_arrival, sizes.scale)
+AT_OTHER_TRANSITIONS: Sequence[Check] = (
+    sizes.range_mismatch,
+    recognition.not_in_this_world,
+    recognition.too_high,
+    recognition.not_recognised,
+    build.ports,
+)
+AT_END: Sequence[EndCheck] = (sizes.stops_before_target, recognition.not_reached, build.motors)
 
 
 class RunReview:
@@ -30,20 +41,6 @@ class RunReview:
     def __init__(self, run: ReviewedRun, say: Callable[[str], None]) -> None:
         self.hints: list[str] = []
         self.run, self._say, self._reported = run, say, set[str]()
-        self._checks: list[Check] = [
-            recognition.something_else,
-            sizes.size_at_arrival,
-            sizes.range_mismatch,
-            sizes.scale,
-            recognition.not_in_this_world,
-            recognition.too_high,
-            recognition.not_recognised,
-            build.WeakBattery(),
-            build.ports,
-            sizes.StopsBeforeTarget(),
-            recognition.not_reached,
-            build.motors,
-        ]
 
     def compare_brick(self, brick: Brick) -> None:
         """Give a hint if the mission or its robot file describes another robot."""
@@ -52,9 +49,25 @@ class RunReview:
 
     def __call__(self, record: Record) -> None:
         """Learn from a record."""
-        moment = self.run.learn(record)
-        for check in self._checks:
-            self._give(check(self.run, moment))
+        match record.kind:
+            case RecordKind.LOOK:
+                self.run.learn_look(record)
+            case RecordKind.CALL:
+                self._give(build.weak_battery(self.run, record.data.get("battery_mv")))
+            case RecordKind.TRANSITION:
+                self._review_transition(record)
+            case RecordKind.END:
+                for check in AT_END:
+                    self._give(check(self.run, str(record.data.get("ending"))))
+
+    def _review_transition(self, record: Record) -> None:
+        transition, arrived = Transition(record), record.data.get("to") == "reached"
+        if arrived:
+            self.run.learn_arrival(record)
+        for check in AT_ARRIVAL if arrived else AT_OTHER_TRANSITIONS:
+            self._give(check(self.run, transition))
+        if not arrived:
+            sizes.note_stop(self.run, transition)
 
     def _give(self, hints: Hints) -> None:
         for target, text in hints:

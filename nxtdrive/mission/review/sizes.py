@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 
 from behaviors.adaptive.bounded_sighting import BEAM_DEG
 from behaviors.events import Reason
 from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.profile_names import THESIS
-from nxtdrive.mission.review.reviewed_run import Hints, Moment, ReviewedRun
+from nxtdrive.mission.review.reviewed_run import Distances, Hints, ReviewedRun, Transition
 
 STOPS_BEFORE_WARNING = 2
 """A target in front of which the robot was stopped this many times may be nearer than its size says."""
@@ -19,49 +18,41 @@ FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 SCALE_TOLERANCE = 0.25
 """A hint says so if driving or the truth shows that distances by size are wrong by more: a field of view from a data
 sheet and a height by ruler together may be wrong by less."""
-Distances = tuple[float, float]
-"""By the sonar and by the size in the picture, in millimetres."""
 
 
-def size_at_arrival(run: ReviewedRun, moment: Moment) -> Hints:
+def size_at_arrival(run: ReviewedRun, transition: Transition) -> Hints:
     """Check at an arrival whether the echo contradicts the size."""
-    if moment.arrived and not moment.evidence.get("passes_over") and (distances := _contradiction(run, moment.target)):
-        yield moment.target, _wrong_size(run, moment.target, distances)
+    if not transition.evidence.get("passes_over") and (distances := _contradiction(run, transition.target)):
+        yield transition.target, _wrong_size(run, transition.target, distances)
 
 
-def range_mismatch(run: ReviewedRun, moment: Moment) -> Hints:
+def range_mismatch(run: ReviewedRun, transition: Transition) -> Hints:
     """Check whether a skill found that the echo contradicts a size, unless that is known to be right."""
-    if moment.reason != Reason.RANGE_MISMATCH:
+    if transition.reason != Reason.RANGE_MISMATCH:
         return
-    range_mm, distance_mm = (moment.evidence.get(name) for name in ("range_mm", "distance_mm"))
-    if range_mm is not None and distance_mm is not None and not _is_true(run, moment.target, distance_mm):
-        yield moment.target, _wrong_size(run, moment.target, (range_mm, distance_mm))
+    range_mm, distance_mm = (transition.evidence.get(name) for name in ("range_mm", "distance_mm"))
+    if range_mm is not None and distance_mm is not None and not _is_true(run, transition.target, distance_mm):
+        yield transition.target, _wrong_size(run, transition.target, (range_mm, distance_mm))
 
 
-class StopsBeforeTarget:
+def note_stop(run: ReviewedRun, transition: Transition) -> None:
+    """Note a stop before a target that its size says is farther away."""
+    distances = _contradiction(run, transition.target) if transition.reason in STOPPED else None
+    if distances and distances[0] < distances[1]:
+        run.stops[transition.target].append(distances)
+
+
+def stops_before_target(run: ReviewedRun, _: str) -> Hints:
     """Check at the end whether the robot was stopped repeatedly before a target that its size says is farther away."""
-
-    def __init__(self) -> None:
-        self._stops: dict[str, list[Distances]] = defaultdict(list)
-
-    def __call__(self, run: ReviewedRun, moment: Moment) -> Hints:
-        """Note a stop, or check at the end."""
-        distances = _contradiction(run, moment.target) if moment.reason in STOPPED else None
-        if distances and distances[0] < distances[1]:
-            self._stops[moment.target].append(distances)
-        if moment.ending:
-            reached = {arrival["target"] for arrival in run.arrivals}
-            for target, stops in self._stops.items():
-                if target not in reached and len(stops) >= STOPS_BEFORE_WARNING:
-                    yield target, _wrong_size(run, target, stops[-1])
+    for target, stops in run.stops.items():
+        if target not in run.reached and len(stops) >= STOPS_BEFORE_WARNING:
+            yield target, _wrong_size(run, target, stops[-1])
 
 
-def scale(run: ReviewedRun, moment: Moment) -> Hints:
+def scale(run: ReviewedRun, transition: Transition) -> Hints:
     """Check at an arrival whether driving or the truth shows sizes to be wrong by more than data sheets allow."""
-    if not moment.arrived:
-        return
-    target, known = moment.target, 1.0 if moment.sighting.get("bound") else _true_share(run)
-    factor = known * moment.evidence.get("scale", 1.0)
+    target, known = transition.target, 1.0 if transition.sighting.get("bound") else _true_share(run)
+    factor = known * transition.evidence.get("scale", 1.0)
     if abs(math.log(factor)) > math.log(1.0 + SCALE_TOLERANCE):
         height_mm, hfov_deg = run.mission.target[target].height_mm, run.mission.camera.hfov_deg
         text = (
