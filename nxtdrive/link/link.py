@@ -87,7 +87,10 @@ class Link:
         self.motions = MotionScheduler(self, threads.new_lock(reentrant=True), threads.new_lock(reentrant=True))
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._measuring = False
-        self._thread = None if self._stepped else LinkThread(self, self._core, threads)
+        self._thread = None
+        if not self._stepped:
+            core = self._core
+            self._thread = LinkThread(transport.address, self.work, lambda: core.due - self.now(), core, threads)
         self._reconnector = Reconnector(self, self._core, self._lock)
         self.reconnecting = reconnecting
 

@@ -5,43 +5,31 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from typing import Protocol
+from collections.abc import Callable
 
 from firmware_protocol.errors import LinkError
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.threads import CLOSING_S, Threads
-from nxtdrive.transports.base import Transport
 
 log = logging.getLogger(__name__)
-
-
-class ScheduledLink(Protocol):
-    """What the thread needs of `nxtdrive.link.link.Link`, which imports this module."""
-
-    transport: Transport
-
-    def now(self) -> float:
-        """Return the time on the link's clock."""
-        ...
-
-    def work(self) -> None:
-        """Do the work due now."""
-        ...
 
 
 class LinkThread:
     """The thread of one link; it starts when there is work for the first time, and ends when the link is closed.
 
     Args:
-        link: The link.
-        core: Its state, with the time of the next work.
+        name: The link's address, for the log.
+        work: Does the work due now; may raise LinkError.
+        until_due: Returns the time until the next work, seconds.
+        core: The link's state.
         threads: Starts threads and waits for them.
     """
 
-    def __init__(self, link: ScheduledLink, core: LinkCore, threads: Threads) -> None:
-        self._link = link
-        self._core = core
-        self._threads = threads
+    def __init__(
+        self, name: str, work: Callable[[], None], until_due: Callable[[], float], core: LinkCore, threads: Threads
+    ) -> None:
+        self._name, self._work, self._until_due = name, work, until_due
+        self._core, self._threads = core, threads
         self._thread: threading.Thread | None = None
         self._ident = 0
         self._starting = threading.Lock()
@@ -68,12 +56,12 @@ class LinkThread:
         self._ident = threading.get_ident()
         while self._core.state is not LinkState.CLOSED:
             self._news.clear()
-            pause_s = self._core.due - self._link.now()
+            pause_s = self._until_due()
             if pause_s > 0:
                 self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
             try:
-                self._link.work()
+                self._work()
             except LinkError:
                 pass  # the program's next request meets the same error and can handle it
             except Exception:  # leases and motions depend on this thread, so it survives a defect
-                log.exception("unexpected error in the thread of %s", self._link.transport.address)
+                log.exception("unexpected error in the thread of %s", self._name)
