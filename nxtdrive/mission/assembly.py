@@ -195,13 +195,12 @@ class MissionRun:
             return
         self.observers.attempt(VIDEO, self.recording.write_video, follow)
         if VIDEO in self.observers.failures:
-            details = {**self._details(), **self.observers.summary()}
             folder = self.recording.folder
-            self.observers.attempt(SUMMARY, folder.write_summary, self._report, self._error, details)
+            self.observers.attempt(SUMMARY, folder.write_summary, self._report, self._error, self._details())
 
     def summary(self) -> dict[str, object]:
         """Return the summary as plain values, as ``summary.json`` has it."""
-        return summary(self._report, self._error, {**self._details(), **self.observers.summary()})
+        return summary(self._report, self._error, self._details())
 
     def _details(self) -> dict[str, object]:
         return {
@@ -211,4 +210,5 @@ class MissionRun:
             "camera": self.robot.source,
             "arrivals": self._review.run.arrivals,
             "hints": self._review.hints,
+            **self.observers.summary(),
         }

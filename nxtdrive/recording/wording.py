@@ -12,7 +12,7 @@ from behaviors.recoveries import RECOVERIES
 from behaviors.target_queue import TargetOutcome
 from firmware_protocol.wording import number_of
 
-REASONS: dict[Reason, str] = {
+REASONS: dict[str, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
     Reason.NEVER_SEEN: "a scan did not bring it into view",
     Reason.TARGET_LOST: "it went out of view on the way there",
@@ -66,7 +66,7 @@ def reason_words(reason: str, evidence: object = None) -> str:
         for name, text in PARTIAL_VIEWS.items():
             if evidence.get(name):
                 return text
-    return next((text for known, text in REASONS.items() if known == reason), spaced(reason))
+    return REASONS.get(reason) or spaced(reason)
 
 
 def target_outcome_words(outcome: str) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, on_brick
 from nxtdrive.cli.output import write_json, write_line
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
 Ask a brick for its name, addresses, versions, battery, free flash and sleep
@@ -21,22 +24,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_brick_arguments(parser)
     add_json_argument(parser)
+    parser.set_defaults(run=on_brick(_print_info))
 
 
-def run(args: argparse.Namespace) -> int:
-    """Query the brick and print."""
+def _print_info(args: argparse.Namespace, brick: Brick) -> None:
     from dataclasses import asdict
 
     from firmware_protocol.direct import KeepAlive
-    from nxtdrive.brick import LOW_BATTERY_MV, open_brick
+    from nxtdrive.brick import LOW_BATTERY_MV
 
-    with open_brick(args.nxt) as brick:
-        info = brick.info()
-        sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
-        address, latency_s = brick.link.transport.address, brick.link.latency_s
+    info = brick.info()
+    sleep_s = brick.request(KeepAlive()).sleep_ms / 1000
+    address, latency_s = brick.link.transport.address, brick.link.latency_s
     if args.json:
         write_json({"address": address, **asdict(info), "sleep_s": sleep_s, "latency_s": latency_s}, indent=2)
-        return DONE
+        return
     weak = ", low: charge it" if info.battery_mv < LOW_BATTERY_MV else ""
     rows = {
         "address": address,
@@ -51,4 +53,3 @@ def run(args: argparse.Namespace) -> int:
     }
     for label, value in rows.items():
         write_line(f"{label:<10}  {value}")
-    return DONE

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, number
+from nxtdrive.cli.options import add_brick_arguments, number, on_brick
+
+if TYPE_CHECKING:
+    from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
 Play a tone on the brick, and wait until it has ended. This is the quickest way to
@@ -36,13 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="10 to 65535 (default: 500)",
     )
     add_brick_arguments(parser)
+    parser.set_defaults(run=on_brick(_play))
 
 
-def run(args: argparse.Namespace) -> int:
-    """Play the tone and wait."""
-    from nxtdrive.brick import open_brick
-
-    with open_brick(args.nxt) as brick:
-        brick.tone(args.frequency_hz, args.duration_ms)
-        brick.sleep(args.duration_ms / 1000)
-    return DONE
+def _play(args: argparse.Namespace, brick: Brick) -> None:
+    brick.tone(args.frequency_hz, args.duration_ms)
+    brick.sleep(args.duration_ms / 1000)
