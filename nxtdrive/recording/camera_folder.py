@@ -1,4 +1,4 @@
-"""Keep the camera's pictures of a run as JPEG files with an index."""
+"""Keep the camera's frames of a run as JPEG files with an index."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 import cv2
 from pydantic import BaseModel
 
-from nxtdrive.recording.camera_index import INDEX, Header, Look, Picture
+from nxtdrive.recording.camera_index import INDEX, Header, Look, RecordedFrame
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.video import VIDEO_FPS
 from nxtdrive.vision.camera import frame_number
@@ -20,7 +20,7 @@ JPEG_QUALITY = 80
 
 @dataclass(slots=True)
 class _Pending:
-    """The picture of the current slot, which a later look may replace or complete."""
+    """The frame of the current slot, which a later look may replace or complete."""
 
     image: Image
     time_s: float
@@ -29,10 +29,10 @@ class _Pending:
 
 
 class CameraFolder:
-    """Writes at most `VIDEO_FPS` pictures for each second of mission time; holds one of them in memory.
+    """Writes at most `VIDEO_FPS` frames for each second of mission time; holds one of them in memory.
 
     Args:
-        path: The folder to make, at the first picture.
+        path: The folder to make, at the first frame.
     """
 
     def __init__(self, path: Path) -> None:
@@ -62,7 +62,7 @@ class CameraFolder:
             pending.looks.append(look)
 
     def close(self) -> None:
-        """Write the last picture; may be called again.
+        """Write the last frame; may be called again.
 
         Raises:
             OSError: It cannot be written.
@@ -79,7 +79,7 @@ class CameraFolder:
         self._count += 1
         name = f"{self._count:06d}.jpg"
         write_file(self._path / name, jpeg(pending.image))
-        self._write_line(Picture(t=round(pending.time_s, 3), file=name, looks=tuple(pending.looks)), "ab")
+        self._write_line(RecordedFrame(t=round(pending.time_s, 3), file=name, looks=tuple(pending.looks)), "ab")
 
     def _write_line(self, line: BaseModel, mode: Literal["wb", "ab"]) -> None:
         with open(self._path / INDEX, mode) as index:
@@ -87,6 +87,6 @@ class CameraFolder:
 
 
 def jpeg(image: Image) -> bytes:
-    """Return a picture of the camera, BGR, as a JPEG file."""
+    """Return a frame of the camera, BGR, as a JPEG file."""
     _, encoded = cv2.imencode(".jpg", image, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
     return encoded.tobytes()

@@ -1,6 +1,7 @@
-"""The index of a run's camera pictures: when each was taken, and the detections in it.
+"""The index of a run's camera frames: when each was taken, and the detections in it.
 
-``camera/index.jsonl`` begins with a line of `Header`; each further line is a `Picture`. docs/journal.md describes both.
+``camera/index.jsonl`` begins with a line of `Header`; each further line is a `RecordedFrame`. docs/journal.md describes
+both.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from nxtdrive.vision.detection import Box, Detection, Image
 
 INDEX = "index.jsonl"
 FILE_NAME = r"[0-9]{6,9}\.jpg"
-"""Pattern of the names of pictures; none leads out of the folder."""
-MAX_PICTURE_BYTES = 20 * MEGABYTE
+"""Pattern of the names of frames; none leads out of the folder."""
+MAX_FRAME_BYTES = 20 * MEGABYTE
 MAX_SIZE_PX = 20_000
 MAX_TIME_S = 100_000.0
-"""More than a day; a video is as long as its pictures say."""
+"""More than a day; a video is as long as its frames say."""
 
 Model = TypeVar("Model", bound=BaseModel)
 Pixels = Annotated[int, Field(ge=-MAX_SIZE_PX, le=MAX_SIZE_PX)]
@@ -43,7 +44,7 @@ class _Line(BaseModel):
 
 
 class Header(_Line):
-    """First line: version of the format, size of the pictures in pixels, pictures a second at most."""
+    """First line: version of the format, size of the frames in pixels, frames a second at most."""
 
     version: Literal[1]
     width: Size
@@ -53,12 +54,12 @@ class Header(_Line):
     @model_validator(mode="after")
     def _fits_in_memory(self) -> Self:
         if self.width * self.height > MAX_PIXELS:
-            raise ValueError("more pixels than a picture may have")
+            raise ValueError("more pixels than a frame may have")
         return self
 
 
 class Found(_Line):
-    """A place in a picture where a detector found its target; see `nxtdrive.vision.detection.Detection`."""
+    """A place in a frame where a detector found its target; see `nxtdrive.vision.detection.Detection`."""
 
     box: tuple[Pixels, Pixels, Pixels, Pixels]
     score: float
@@ -76,15 +77,15 @@ class Seen(_Line):
 
 
 class Look(_Line):
-    """The result of a look for a target in a picture."""
+    """The result of a look for a target in a frame."""
 
     target: str
     sighting: Seen | None = None
     found: tuple[Found, ...] = ()
 
 
-class Picture(_Line):
-    """A picture: when it was taken (seconds of mission time), its file in the folder, and the looks that used it."""
+class RecordedFrame(_Line):
+    """A frame: when it was taken (seconds of mission time), its file in the folder, and the looks that used it."""
 
     t: Annotated[float, Field(ge=0, le=MAX_TIME_S)]
     file: Annotated[str, Field(pattern=f"^{FILE_NAME}$")]
@@ -92,47 +93,47 @@ class Picture(_Line):
 
 
 @dataclass(frozen=True, slots=True)
-class CameraPictures:
-    """The camera's pictures of a run.
+class RecordedFrames:
+    """The camera's frames of a run.
 
     Attributes:
         folder: Where they are.
         header: Their size and rate.
-        pictures: In order of time.
+        frames: In order of time.
     """
 
     folder: Path
     header: Header
-    pictures: tuple[Picture, ...]
+    frames: tuple[RecordedFrame, ...]
 
-    def at(self, time_s: float) -> Picture | None:
-        """Return the latest picture at a mission time; None before the first."""
-        number = bisect.bisect_right(self.pictures, time_s, key=lambda picture: picture.t)
-        return self.pictures[number - 1] if number else None
+    def at(self, time_s: float) -> RecordedFrame | None:
+        """Return the latest frame at a mission time; None before the first."""
+        number = bisect.bisect_right(self.frames, time_s, key=lambda frame: frame.t)
+        return self.frames[number - 1] if number else None
 
-    def drawn(self, picture: Picture, caption: str = "") -> Image | None:
-        """Return a picture with boxes and caption in the size of the header; None if it cannot be read."""
+    def drawn(self, frame: RecordedFrame, caption: str = "") -> Image | None:
+        """Return a frame with boxes and caption in the size of the header; None if it cannot be read."""
         try:
-            image = read_picture(self.folder / picture.file)
+            image = read_picture(self.folder / frame.file)
         except InputFileError:
             return None
         size = self.header.width, self.header.height
         if image.shape[1::-1] != size:
             image = np.asarray(cv2.resize(image, size), np.uint8)
-        for look in picture.looks:
+        for look in frame.looks:
             found = [Detection(one.box, one.score, one.quad) for one in look.found]
-            image = annotate(image, sighting_of(look, picture.t), found)
+            image = annotate(image, sighting_of(look, frame.t), found)
         return annotate(image, None, (), caption)
 
 
-def read_pictures(run_folder: Path) -> CameraPictures | None:
-    """Read the index of a run's pictures, even of a run that was killed; lines that are damaged are left out.
+def read_frames(run_folder: Path) -> RecordedFrames | None:
+    """Read the index of a run's frames, even of a run that was killed; lines that are damaged are left out.
 
     Args:
         run_folder: The run folder.
 
     Returns:
-        None for a run without pictures, or whose index does not begin with a header that this version supports.
+        None for a run without frames, or whose index does not begin with a header that this version supports.
     """
     folder = run_folder / CAMERA
     try:
@@ -142,8 +143,8 @@ def read_pictures(run_folder: Path) -> CameraPictures | None:
     header = _parsed(Header, first)
     if header is None:
         return None
-    pictures = [picture for line in lines if (picture := _parsed(Picture, line))]
-    return CameraPictures(folder, header, tuple(sorted(pictures, key=lambda picture: picture.t)))
+    frames = [frame for line in lines if (frame := _parsed(RecordedFrame, line))]
+    return RecordedFrames(folder, header, tuple(sorted(frames, key=lambda frame: frame.t)))
 
 
 def looked(target: str, sighting: Sighting | None, found: Sequence[Detection]) -> Look:
@@ -171,7 +172,7 @@ def _whole(box: Box) -> Box:
 
 
 def sighting_of(look: Look, time_s: float) -> Sighting | None:
-    """Return the sighting of a look at a picture that was taken at a mission time; None if it recognised nothing."""
+    """Return the sighting of a look at a frame that was taken at a mission time; None if it recognised nothing."""
     seen = look.sighting
     if seen is None:
         return None

@@ -19,7 +19,7 @@ from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
-from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture, sighting_of
+from nxtdrive.recording.camera_index import MAX_FRAME_BYTES, RecordedFrame, RecordedFrames, sighting_of
 from nxtdrive.recording.map.scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 from nxtdrive.recording.output_file import check_replaceable, draft_path
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mcap.writer import Writer
 
 MAP, ROBOT, CAMERA = "map", "robot", "camera"
-"""Frames of reference: the robot's start, the robot, the camera's picture."""
+"""Frames of reference: the robot's start, the robot, the camera's image."""
 INFO, WARNING = 2, 3
 """Levels of a log."""
 LINE_LOOP = 2
@@ -63,12 +63,12 @@ class Message:
         return round(self.time_s * 1e9)
 
 
-def write_mcap(run: PastRun, camera: CameraPictures | None, path: Path) -> int:
+def write_mcap(run: PastRun, camera: RecordedFrames | None, path: Path) -> int:
     """Write a run; the file appears when it is complete.
 
     Args:
         run: Its journal and mission.
-        camera: The pictures; those that cannot be read are left out.
+        camera: The frames; those that cannot be read are left out.
         path: The file to write.
 
     Returns:
@@ -85,7 +85,7 @@ def write_mcap(run: PastRun, camera: CameraPictures | None, path: Path) -> int:
     made = (each for record in run.records for each in _of_record(record, robot))
     recorded = sorted(made, key=lambda each: each.time_s)
     logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines_of(run.records)]
-    seen = (each for picture in camera.pictures for each in _of_picture(camera, picture)) if camera else ()
+    seen = (each for frame in camera.frames for each in _of_frame(camera, frame)) if camera else ()
     check_replaceable(path)
     part = draft_path(path, path.suffix)
     count = 0
@@ -142,22 +142,22 @@ def _of_record(record: Record, robot: RobotTable) -> Iterator[Message]:
         yield Message(now_s, "/decisions", _log(WARNING, f"{record.target}: {choice}, since {data.get('why', '')}"))
 
 
-def _of_picture(camera: CameraPictures, picture: Picture) -> Iterator[Message]:
-    """Yield a picture, and the boxes in it; also none, which remove those of the picture before."""
+def _of_frame(camera: RecordedFrames, frame: RecordedFrame) -> Iterator[Message]:
+    """Yield a frame, and the boxes in it; also none, which remove those of the frame before."""
     try:
-        jpeg = read_bytes(camera.folder / picture.file, MAX_PICTURE_BYTES)
+        jpeg = read_bytes(camera.folder / frame.file, MAX_FRAME_BYTES)
     except InputFileError:
         return
     image = {"frame_id": CAMERA, "format": "jpeg", "data": base64.b64encode(jpeg).decode("ascii")}
-    yield Message(picture.t, "/camera", image)
-    yield Message(picture.t, "/camera/boxes", _boxes(picture))
+    yield Message(frame.t, "/camera", image)
+    yield Message(frame.t, "/camera/boxes", _boxes(frame))
 
 
-def _boxes(picture: Picture) -> dict[str, Any]:
-    stamp = _stamp(Message(picture.t, "", {}))
+def _boxes(frame: RecordedFrame) -> dict[str, Any]:
+    stamp = _stamp(Message(frame.t, "", {}))
     points, texts = [], []
-    for look in picture.looks:
-        seen = sighting_of(look, picture.t)
+    for look in frame.looks:
+        seen = sighting_of(look, frame.t)
         boxes = [(each.box, FOUND) for each in look.found if seen is None or each.box != seen.box]
         if seen is not None:
             boxes.append((seen.box, SEEN))

@@ -13,7 +13,7 @@ from behaviors.observers import Observers
 from behaviors.ports import Clock, Sighting
 from nxtdrive.drawing.sheet import encoded
 from nxtdrive.recording.camera_folder import CameraFolder
-from nxtdrive.recording.camera_index import Look, looked, read_pictures
+from nxtdrive.recording.camera_index import Look, looked, read_frames
 from nxtdrive.recording.map.picture import draw_map
 from nxtdrive.recording.map.scene import Line
 from nxtdrive.recording.output_file import write_file
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A run folder, map, pictures and video; receives records, looks and frames.
+    """A run folder with map, frames and video; receives records, looks and frames.
 
     Args:
         folder: The folder to write to.
         clock: The mission's and the frames' clock.
-        video: Whether to keep the camera's pictures.
+        video: Whether to keep the camera's frames.
         room: Returns the true room of a simulated run, for the map; called now and at the end.
 
     Attributes:
@@ -77,7 +77,7 @@ class Recording:
                 self._camera.add(frame.image, frame.time_s - start_s, look)
 
     def finish(self, report: Report | None, error: str, details: dict[str, object], observers: Observers) -> None:
-        """Close journal and pictures, draw the map and write the summary; each step is tried even if another fails.
+        """Close journal and frames, draw the map and write the summary; each step is tried even if another fails.
 
         Args:
             report: The mission's result; None when it broke.
@@ -102,17 +102,17 @@ class Recording:
                 camera.close()
 
     def write_video(self, follow: Follow) -> None:
-        """Write the video from the pictures, if there are any; after `finish`, when the robot is at rest.
+        """Write the video from the frames, if there are any; after `finish`, when the robot is at rest.
 
         Args:
-            follow: Passes the pictures on, such as to show progress.
+            follow: Passes the frames on, such as to show progress.
 
         Raises:
             ConfigError: The file cannot be written.
             OSError: There is no room for it.
         """
-        if pictures := read_pictures(self.folder.path):
-            write_webm(pictures, self.folder.records, self.folder.path / VIDEO, follow)
+        if frames := read_frames(self.folder.path):
+            write_webm(frames, self.folder.records, self.folder.path / VIDEO, follow)
 
     def files(self) -> list[Path]:
         """Return what is in the folder."""

@@ -1,6 +1,6 @@
-"""The folder of one run: mission, journal, summary, map, and the camera's pictures and video.
+"""The folder of one run: mission, journal, summary, map, and the camera's frames and video.
 
-The mission is written when the run begins, and journal and pictures as they come, so that a run that is killed leaves
+The mission is written when the run begins, and journal and frames as they come, so that a run that is killed leaves
 everything up to that moment. The rest is written when the run ends, however it ends.
 """
 
@@ -26,7 +26,7 @@ from nxtdrive.recording.output_file import write_file
 
 MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.webm"
 CAMERA = "camera/"
-"""Folder of the camera's pictures in a run folder."""
+"""Folder of the camera's frames in a run folder."""
 WHAT_IF = "what-if.json"
 """Results of ``nxtdrive what-if``."""
 RESERVE, RESERVED = "summary.reserved", 4096

@@ -1,4 +1,4 @@
-"""Write WebM videos (VP8) with a constant frame rate, and ``camera.webm`` from the camera's pictures of a run."""
+"""Write WebM videos (VP8) with a constant frame rate, and ``camera.webm`` from the camera's frames of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import cv2
 
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
-from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.camera_index import RecordedFrame, RecordedFrames
 from nxtdrive.recording.output_file import check_replaceable, draft_path
 from nxtdrive.vision.camera import frame_number
 from nxtdrive.vision.detection import Image
@@ -119,31 +119,31 @@ def _is_whole(path: Path) -> bool:
         return file.seek(0, os.SEEK_END) == end + int.from_bytes(head[end - 7 : end], "big")
 
 
-Follow = Callable[[Sequence[Picture]], Iterable[Picture]]
-"""Passes pictures on, such as to show progress."""
+Follow = Callable[[Sequence[RecordedFrame]], Iterable[RecordedFrame]]
+"""Passes frames on, such as to show progress."""
 
 
-def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, follow: Follow = iter) -> None:
-    """Write the pictures as a video with boxes, state and time; it appears when it is complete.
+def write_webm(camera: RecordedFrames, records: Sequence[Record], path: Path, follow: Follow = iter) -> None:
+    """Write the frames as a video with boxes, state and time; it appears when it is complete.
 
-    The video's time is the mission's: a picture is shown until the next one was taken.
+    The video's time is the mission's: a frame is shown until the next one was taken.
 
     Args:
-        camera: The pictures; those that cannot be read are left out.
+        camera: The frames; those that cannot be read are left out.
         records: The run's journal, for the caption.
         path: The file to write.
-        follow: Passes the pictures on.
+        follow: Passes the frames on.
 
     Raises:
-        ConfigError: The file cannot be written, or there is no picture.
+        ConfigError: The file cannot be written, or there is no frame.
         OSError: There is no room for it.
     """
     video, shown = VideoRecorder(path), False
     try:
-        for picture, caption in _captioned(follow(camera.pictures), records):
-            image = camera.drawn(picture, caption)
+        for frame, caption in _captioned(follow(camera.frames), records):
+            image = camera.drawn(frame, caption)
             if image is not None:
-                video.add(image, picture.t)
+                video.add(image, frame.t)
                 shown = True
         if not shown:
             raise ConfigError(f"{camera.folder} contains no picture that can be read.", remedy="Choose another run.")
@@ -152,14 +152,14 @@ def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, fo
         video.abandon()
 
 
-def _captioned(pictures: Iterable[Picture], records: Sequence[Record]) -> Iterator[tuple[Picture, str]]:
-    """Add state, target and time to each picture."""
+def _captioned(frames: Iterable[RecordedFrame], records: Sequence[Record]) -> Iterator[tuple[RecordedFrame, str]]:
+    """Add state, target and time to each frame."""
     now, state = 0, ""
-    for picture in pictures:
-        while now < len(records) and records[now].time_s <= picture.t:
+    for frame in frames:
+        while now < len(records) and records[now].time_s <= frame.t:
             state = f"{records[now].state}  {records[now].target}"
             now += 1
-        yield picture, f"{state}  {picture.t:.1f} s"
+        yield frame, f"{state}  {frame.t:.1f} s"
 
 
 def _make_webm(path: Path) -> None:

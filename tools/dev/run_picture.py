@@ -14,7 +14,7 @@ from PIL import Image
 from behaviors.journal import RecordKind
 from firmware_protocol.errors import ConfigError
 from nxtdrive.drawing.sheet import PAPER, encoded
-from nxtdrive.recording.camera_index import read_pictures
+from nxtdrive.recording.camera_index import read_frames
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import MAP
 from nxtdrive.recording.run_reader import read_run
@@ -50,11 +50,11 @@ def representative_frames(folder: Path) -> list[Image.Image]:
     for record in read_run(folder).records:
         if record.kind is RecordKind.TRANSITION:
             entered.setdefault(str(record.data["to"]), record.time_s)
-    pictures = read_pictures(folder)
-    if not pictures:
+    recorded = read_frames(folder)
+    if not recorded:
         return []
-    shown = [pictures.at(entered[state] + later_s) for state, later_s in MOMENTS.items() if state in entered]
-    drawn = [pictures.drawn(each) for each in shown if each]
+    shown = [recorded.at(entered[state] + later_s) for state, later_s in MOMENTS.items() if state in entered]
+    drawn = [recorded.drawn(each) for each in shown if each]
     return [Image.fromarray(cv2.cvtColor(each, cv2.COLOR_BGR2RGB)) for each in drawn if each is not None]
 
 

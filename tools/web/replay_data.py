@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.camera_index import RecordedFrame, RecordedFrames
 from nxtdrive.recording.explanation import explain
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
@@ -16,17 +16,17 @@ from .robot_shape import robot_shape
 
 
 def replay_data(
-    name: str, run: PastRun, camera: CameraPictures | None, source: Callable[[Picture], str]
+    name: str, run: PastRun, camera: RecordedFrames | None, source: Callable[[RecordedFrame], str]
 ) -> dict[str, Any]:
     """Return a run for its replay.
 
     Args:
         name: Of its folder.
         run: The run.
-        camera: Its pictures, if it has any.
-        source: Returns the URL of a picture.
+        camera: Its frames, if it has any.
+        source: Returns the URL of a frame.
     """
-    pictures, explanation = camera.pictures if camera else (), explain(run)
+    frames, explanation = camera.frames if camera else (), explain(run)
     hints = [(run.records[-1].time_s, f"hint: {hint}") for hint in run.hints]
     return {
         "name": name,
@@ -40,6 +40,6 @@ def replay_data(
         "decisions": explained(explanation),
         "pictures": [
             {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}
-            for each in pictures
+            for each in frames
         ],
     }

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 
 from input_files.plain import InputFileError, read_bytes
-from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
+from nxtdrive.recording.camera_index import MAX_FRAME_BYTES, RecordedFrame, RecordedFrames
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.vision.camera import frame_number
 
@@ -26,19 +26,19 @@ POLICY = (
 """The page fetches nothing."""
 
 
-def replay_page(name: str, run: PastRun, camera: CameraPictures | None) -> str:
-    """Return the page: the replay's own modules and styles, and the run with its pictures, in one text.
+def replay_page(name: str, run: PastRun, camera: RecordedFrames | None) -> str:
+    """Return the page: the replay's own modules and styles, and the run with its frames, in one text.
 
     Args:
         name: Of the run folder.
         run: The run.
-        camera: Its pictures; those that cannot be read are left out.
+        camera: Its frames; those that cannot be read are left out.
     """
     sources: dict[str, str] = {}
     if camera:
-        sources = {each.file: source for each in camera.pictures if (source := _picture(camera.folder / each.file))}
-        camera = replace(camera, pictures=tuple(each for each in camera.pictures if each.file in sources))
-    data = json.dumps(replay_data(name, run, camera, lambda picture: sources[picture.file]))
+        sources = {each.file: source for each in camera.frames if (source := _data_url(camera.folder / each.file))}
+        camera = replace(camera, frames=tuple(each for each in camera.frames if each.file in sources))
+    data = json.dumps(replay_data(name, run, camera, lambda frame: sources[frame.file]))
     modules = {f"{MODULE}{path.name}": _module(path) for path in sorted(STATIC.glob("*.js"))}
     scripts = (
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
@@ -56,14 +56,14 @@ def replay_page(name: str, run: PastRun, camera: CameraPictures | None) -> str:
     return page.replace('<script type="module" src="replay.js"></script>', scripts)
 
 
-def thinned(camera: CameraPictures, fps: float) -> CameraPictures:
-    """Leave out pictures: of those in each slot of ``1 / fps`` seconds the first stays."""
+def thinned(camera: RecordedFrames, fps: float) -> RecordedFrames:
+    """Leave out frames: of those in each slot of ``1 / fps`` seconds the first stays."""
     if fps >= camera.header.fps:
         return camera
-    slots: dict[int, Picture] = {}
-    for picture in camera.pictures:
-        slots.setdefault(frame_number(picture.t, fps), picture)
-    return replace(camera, pictures=tuple(slots.values()))
+    slots: dict[int, RecordedFrame] = {}
+    for frame in camera.frames:
+        slots.setdefault(frame_number(frame.t, fps), frame)
+    return replace(camera, frames=tuple(slots.values()))
 
 
 def _module(path: Path) -> str:
@@ -72,10 +72,10 @@ def _module(path: Path) -> str:
     return f"data:text/javascript;base64,{_base64(code.encode())}"
 
 
-def _picture(path: Path) -> str:
-    """Return a picture as a data URL, or an empty string if it cannot be read."""
+def _data_url(path: Path) -> str:
+    """Return a frame as a data URL, or an empty string if it cannot be read."""
     try:
-        content = read_bytes(path, MAX_PICTURE_BYTES)
+        content = read_bytes(path, MAX_FRAME_BYTES)
     except InputFileError:
         return ""
     return f"data:image/jpeg;base64,{_base64(content)}" if content.startswith(JPEG) else ""

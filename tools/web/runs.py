@@ -16,7 +16,7 @@ from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
 from input_files.plain import read_text
-from nxtdrive.recording.camera_index import FILE_NAME, read_pictures
+from nxtdrive.recording.camera_index import FILE_NAME, read_frames
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY
 from nxtdrive.recording.run_reader import changed_s, journals_in, read_run
 
@@ -79,7 +79,7 @@ class Runs:
         """
         path = self._path(name)
         pictures = f"runs/{quote(name, safe='')}/{CAMERA}"
-        return replay_data(name, read_run(path), read_pictures(path), lambda picture: f"{pictures}{picture.file}")
+        return replay_data(name, read_run(path), read_frames(path), lambda frame: f"{pictures}{frame.file}")
 
     def file(self, name: str, file: str) -> Path:
         """Return the path of one of a run's files.

@@ -21,7 +21,7 @@ from nxtdrive.cli.progress import with_progress
 from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
-    from nxtdrive.recording.camera_index import CameraPictures
+    from nxtdrive.recording.camera_index import RecordedFrames
     from nxtdrive.recording.run_reader import PastRun
 
 DESCRIPTION = """\
@@ -73,20 +73,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the requested files and return the exit code."""
-    from nxtdrive.recording.camera_index import read_pictures
+    from nxtdrive.recording.camera_index import read_frames
     from nxtdrive.recording.run_reader import read_run
 
     given: dict[str, str] = {kind: file for kind in FILES if (file := getattr(args, kind)) is not None}
     if not given:
         raise ConfigError("no format given.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
-    pictures = read_pictures(past.path.parent)
-    shown = None if args.no_camera else pictures
+    recorded = read_frames(past.path.parent)
+    shown = None if args.no_camera else recorded
     writers: dict[str, Callable[[Path], str]] = {
         "html": partial(_write_html, past, shown, args.fps),
         "mcap": partial(_write_mcap, past, shown),
         "csv": partial(_write_csv, past),
-        "webm": partial(_write_webm, past, pictures),
+        "webm": partial(_write_webm, past, recorded),
     }
     say = write_line if STANDARD_OUTPUT not in given.values() else partial(write_error, sender="")
     for kind, path in _files(past, given).items():
@@ -101,31 +101,31 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _write_html(past: PastRun, pictures: CameraPictures | None, fps: float | None, path: Path) -> str:
+def _write_html(past: PastRun, recorded: RecordedFrames | None, fps: float | None, path: Path) -> str:
     """Write the replay; return what there is to say of it."""
     from nxtdrive.tools.web.replay_page import replay_page, thinned
 
     folder = past.path.resolve().parent
     said = "without pictures"
-    if pictures:
-        count = len(pictures.pictures)
-        pictures = thinned(pictures, fps or _fitting_fps(pictures))
-        said = f"{len(pictures.pictures)} of {count} pictures"
-    write_output(path, replay_page(folder.name, past, pictures).encode())
+    if recorded:
+        count = len(recorded.frames)
+        recorded = thinned(recorded, fps or _fitting_fps(recorded))
+        said = f"{len(recorded.frames)} of {count} pictures"
+    write_output(path, replay_page(folder.name, past, recorded).encode())
     return said
 
 
-def _fitting_fps(camera: CameraPictures) -> float:
+def _fitting_fps(recorded: RecordedFrames) -> float:
     """Return how many pictures per second make at most `MAX_PAGE_BYTES`."""
-    size = sum(path.stat().st_size for each in camera.pictures if (path := camera.folder / each.file).is_file())
-    return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
+    size = sum(path.stat().st_size for each in recorded.frames if (path := recorded.folder / each.file).is_file())
+    return recorded.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 
 
-def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> str:
+def _write_mcap(past: PastRun, recorded: RecordedFrames | None, path: Path) -> str:
     from nxtdrive.recording.mcap_file import write_mcap
 
     with writing(path):
-        count = write_mcap(past, pictures, path)
+        count = write_mcap(past, recorded, path)
     return number_of(count, "message")
 
 
@@ -136,15 +136,15 @@ def _write_csv(past: PastRun, path: Path) -> str:
     return number_of(len(past.records), "row")
 
 
-def _write_webm(past: PastRun, pictures: CameraPictures | None, path: Path) -> str:
+def _write_webm(past: PastRun, recorded: RecordedFrames | None, path: Path) -> str:
     from nxtdrive.recording.video import write_webm
 
-    if pictures is None:
+    if recorded is None:
         raise ConfigError(
             f"{past.path.parent} has no pictures of the camera.", remedy="Runs without --no-video have them in camera/."
         )
     with writing(path):
-        write_webm(pictures, past.records, path, with_progress(path.name))
+        write_webm(recorded, past.records, path, with_progress(path.name))
     return ""
 
 

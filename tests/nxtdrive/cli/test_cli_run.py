@@ -19,7 +19,7 @@ from behaviors.mission import MissionTable
 from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.profiles.registry import PROFILES
 from nxtdrive.cli.main import main
-from nxtdrive.recording.camera_index import read_pictures
+from nxtdrive.recording.camera_index import read_frames
 from tests.small_mission import MISSION
 
 FILES = ["camera", "camera.webm", "journal.jsonl", "map.png", "mission.json", "summary.json"]
@@ -80,9 +80,9 @@ def test_a_run_leaves_its_pictures_and_a_video_of_its_length(capsys, small):
     shown_s = film.get(cv2.CAP_PROP_FRAME_COUNT) / film.get(cv2.CAP_PROP_FPS)
     film.release()
     assert shown_s == pytest.approx(duration_s, abs=0.5)
-    pictures = read_pictures(folder)
-    assert len(pictures.pictures) == pytest.approx(duration_s * 5, rel=0.05)
-    sightings = [(each.t, look.sighting.box) for each in pictures.pictures for look in each.looks if look.sighting]
+    recorded = read_frames(folder)
+    assert len(recorded.frames) == pytest.approx(duration_s * 5, rel=0.05)
+    sightings = [(each.t, look.sighting.box) for each in recorded.frames for look in each.looks if look.sighting]
     looks = [record for record in _journal(folder) if record["kind"] == "look" and record["sighting"]]
     assert looks
     for record in looks:

@@ -11,7 +11,7 @@ import pytest
 from behaviors.ports import Sighting
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_folder import CameraFolder
-from nxtdrive.recording.camera_index import looked, read_pictures
+from nxtdrive.recording.camera_index import looked, read_frames
 from nxtdrive.recording.video import write_webm
 from nxtdrive.vision.detection import Detection
 
@@ -33,20 +33,20 @@ def _kept(folder, frames):
     for time_s, value, look in frames:
         camera.add(_image(value), time_s, look)
     camera.close()
-    return read_pictures(folder)
+    return read_frames(folder)
 
 
 def _index(folder, *lines):
     (folder / "camera").mkdir()
     (folder / "camera" / "index.jsonl").write_text("\n".join(lines), encoding="utf-8")
-    return read_pictures(folder)
+    return read_frames(folder)
 
 
 def test_what_was_kept_is_read_back(tmp_path):
     kept = _kept(tmp_path, [(0.1, 50, None), (0.3, 100, SEEN)])
     assert (kept.header.width, kept.header.height, kept.header.fps) == (64, 48, 5)
-    assert [(each.t, each.file) for each in kept.pictures] == [(0.1, "000001.jpg"), (0.3, "000002.jpg")]
-    (look,) = kept.pictures[1].looks
+    assert [(each.t, each.file) for each in kept.frames] == [(0.1, "000001.jpg"), (0.3, "000002.jpg")]
+    (look,) = kept.frames[1].looks
     assert (look.target, look.sighting.bearing_deg, look.sighting.box) == ("lena", -3.142, BOX)
     assert look.found[0].quad == QUAD
     assert cv2.imread(str(tmp_path / "camera" / "000002.jpg")).mean() == pytest.approx(100, abs=1)
@@ -56,7 +56,7 @@ def test_the_pictures_are_plain_and_boxes_are_drawn_when_they_are_shown(tmp_path
     kept = _kept(tmp_path, [(0.1, 100, SEEN)])
     plain = cv2.imread(str(tmp_path / "camera" / "000001.jpg"))
     assert plain.std() < 1
-    drawn = kept.drawn(kept.pictures[0])
+    drawn = kept.drawn(kept.frames[0])
     assert tuple(drawn[20, 10]) == (60, 220, 60), "the box of a sighting is green"
 
 
@@ -74,7 +74,7 @@ def test_the_pictures_are_plain_and_boxes_are_drawn_when_they_are_shown(tmp_path
     ids=["first", "looked", "first looked", "several targets", "frame after its look", "stall", "back in time"],
 )
 def test_one_picture_is_kept_in_a_fifth_of_a_second_preferably_one_that_was_looked_at(tmp_path, frames, kept):
-    assert [(each.t, len(each.looks)) for each in _kept(tmp_path, frames).pictures] == kept
+    assert [(each.t, len(each.looks)) for each in _kept(tmp_path, frames).frames] == kept
 
 
 def test_a_run_without_frames_has_no_folder_of_pictures(tmp_path):
@@ -100,7 +100,7 @@ def test_a_run_without_frames_has_no_folder_of_pictures(tmp_path):
 )
 def test_a_line_that_is_damaged_is_left_out(tmp_path, line):
     kept = _index(tmp_path, HEADER, line, '{"t":2,"file":"000002.jpg"}')
-    assert [each.t for each in kept.pictures] == [2]
+    assert [each.t for each in kept.frames] == [2]
 
 
 @pytest.mark.parametrize("header", ["", "{}", HEADER.replace("1", "2", 1), HEADER.replace("64", "0"), VAST])

@@ -16,7 +16,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Sighting
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.camera_folder import CameraFolder
-from nxtdrive.recording.camera_index import looked, read_pictures
+from nxtdrive.recording.camera_index import looked, read_frames
 from nxtdrive.recording.mcap_file import write_mcap
 from nxtdrive.recording.mcap_schemas import SCHEMAS
 from nxtdrive.recording.run_reader import PastRun
@@ -167,7 +167,7 @@ def test_values_of_an_unknown_form_are_left_out(tmp_path, data):
 
 def test_a_picture_that_is_gone_is_left_out(run, tmp_path):
     (run / "camera" / "000001.jpg").unlink()
-    count = write_mcap(_past([]), read_pictures(run), tmp_path / "x.mcap")
+    count = write_mcap(_past([]), read_frames(run), tmp_path / "x.mcap")
     topics = _read(tmp_path / "x.mcap")
     assert len(topics["/camera"]) == 2
     assert sum(map(len, topics.values())) == count

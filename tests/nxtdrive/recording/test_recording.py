@@ -19,7 +19,7 @@ from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.files import read_mission_file
-from nxtdrive.recording.camera_index import read_pictures
+from nxtdrive.recording.camera_index import read_frames
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.vision.camera import Frame
@@ -184,8 +184,8 @@ def test_a_full_disk_has_room_for_the_summary_of_a_run_with_pictures(small_disk)
     assert list(observers.failures) == ["camera/", "map.png"]
     names = ["camera", "journal.jsonl", "mission.json", "summary.json"]
     assert [path.name for path in recording.files()] == names
-    pictures = read_pictures(small_disk / "x-001")
-    assert all(pictures.drawn(each) is not None for each in pictures.pictures), "no picture is cut short"
+    recorded = read_frames(small_disk / "x-001")
+    assert all(recorded.drawn(each) is not None for each in recorded.frames), "no picture is cut short"
 
 
 def test_a_video_that_does_not_fit_is_removed_and_reported_in_one_sentence(small_disk, capfd):
@@ -244,7 +244,7 @@ def test_pictures_have_the_journals_time_also_of_a_mission_that_began_a_moment_b
     for time_s in (-0.5, 0.5):
         recording.frame(_picture(time_s))
     recording.finish(None, "", {}, Observers())
-    assert [each.t for each in read_pictures(tmp_path / "x-001").pictures] == [0.75]
+    assert [each.t for each in read_frames(tmp_path / "x-001").frames] == [0.75]
 
 
 def _film(path):

@@ -16,7 +16,7 @@ from firmware_protocol.errors import LinkLost
 from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.camera_folder import CameraFolder
-from nxtdrive.recording.camera_index import read_pictures
+from nxtdrive.recording.camera_index import read_frames
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.web import robot as robot_module
 from nxtdrive.tools.web.hub import Hub
@@ -306,4 +306,4 @@ def test_a_webcam_of_any_rate_leaves_five_pictures_a_second(tmp_path, fps):
     for index in range(4 * fps):
         feed.frame(Frame(np.zeros((48, 64, 3), np.uint8), index / fps, index))
     folder.close()
-    assert len(read_pictures(tmp_path).pictures) == 20
+    assert len(read_frames(tmp_path).frames) == 20
