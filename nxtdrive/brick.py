@@ -24,7 +24,7 @@ from nxtdrive.transports import open_transport
 if TYPE_CHECKING:
     from nxtdrive.motion.motor import Motor, MotorSettings
     from nxtdrive.motion.rover import Rover, RoverOptions
-    from nxtdrive.onboard.display import Picture
+    from nxtdrive.onboard.display import Pixels
     from nxtdrive.onboard.files import Files
     from nxtdrive.onboard.programs import Programs
     from nxtdrive.onboard.speaker import Speaker
@@ -177,7 +177,7 @@ class Brick:
         """Play a tone, 220..14080 Hz, 10..65535 ms; returns while it sounds."""
         self.speaker.tone(frequency_hz, duration_ms)
 
-    def screenshot(self) -> Picture:
+    def screenshot(self) -> Pixels:
         """Read the display: (64, 100) booleans, row 0 on top, true where a pixel is black."""
         from nxtdrive.onboard.display import read_display
 

@@ -1,4 +1,4 @@
-"""Text in pictures: DejaVu Sans for Latin, Greek and Cyrillic, the system's fonts for other scripts.
+"""Text in images: DejaVu Sans for Latin, Greek and Cyrillic, the system's fonts for other scripts.
 
 ``fonts/DejaVuSans.ttf`` is DejaVu Sans 2.37 without the other scripts, made by fonttools' ``pyftsubset``; its licence
 is beside it. A character that no font has is drawn as a box.

@@ -69,7 +69,7 @@ class Page:
 
 
 def draw_page(page: Page) -> Image.Image:
-    """Draw a page; returns an RGB picture `WIDTH` pixels wide, or without notes as wide as map and title need."""
+    """Draw a page; returns an RGB image `WIDTH` pixels wide, or without notes as wide as map and title need."""
     titles = wrapped(page.title, TITLE, INNER_PX, 1)
     subtitles = wrapped(page.subtitle, SUBTITLE, INNER_PX, 3)
     top = MARGIN + TITLE_PX * len(titles) + SUBTITLE_PX * len(subtitles) + 30

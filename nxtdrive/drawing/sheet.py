@@ -1,4 +1,4 @@
-"""A sheet to draw on with Pillow: smooth lines, dashes, marks and text. Lengths are pixels of the finished picture."""
+"""A sheet to draw on with Pillow: smooth lines, dashes, marks and text. Lengths are pixels of the finished image."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ class Sheet:
     """A white sheet; later strokes cover earlier ones.
 
     Args:
-        width: Of the finished picture.
-        height: Of the finished picture.
+        width: Of the finished image.
+        height: Of the finished image.
     """
 
     def __init__(self, width: int, height: int) -> None:
@@ -133,7 +133,7 @@ class Sheet:
             x += font.getlength(part)
 
     def finished(self) -> Image.Image:
-        """Return the picture, RGB."""
+        """Return the image, RGB."""
         return self._image.reduce(OVERSAMPLING)
 
     def _scaled(self, points: Sequence[Point]) -> list[Point]:

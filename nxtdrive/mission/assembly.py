@@ -148,7 +148,7 @@ class MissionRun:
 
         Args:
             parent: Where to make the folder.
-            video: Whether to keep the camera's pictures.
+            video: Whether to keep the camera's frames.
             watch: Registers a function to be called with the camera's frames; the robot's own by default.
 
         Raises:
@@ -186,10 +186,10 @@ class MissionRun:
                     self.recording.finish(self._report, self._error, self._details(), self.observers)
 
     def write_video(self, follow: Follow) -> None:
-        """Make the video of the camera's pictures, after `pursue`; a failure is noted in the summary.
+        """Make the video of the camera's frames, after `pursue`; a failure is noted in the summary.
 
         Args:
-            follow: Passes the pictures on, such as to show progress.
+            follow: Passes the frames on, such as to show progress.
         """
         if self.recording is None or CAMERA in self.observers.failures:
             return

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera, Frame
 
 SIMULATED, GEOMETRIC, FIRST_WEBCAM = "sim", "geometric", "0"
-"""Cameras by name: the simulated robot's, the same without pictures, and the first webcam."""
+"""Cameras by name: the simulated robot's, the same without frames, and the first webcam."""
 
 
 def default_camera(brick: Brick) -> str:
@@ -25,7 +25,7 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     """Open the camera of a mission.
 
     Args:
-        source: As for `nxtdrive.vision.sources.open_camera`, or "geometric": the simulated robot's, for pictures only.
+        source: As for `nxtdrive.vision.sources.open_camera`, or "geometric": the simulated robot's, to record the run.
         brick: Its transport gives the time and, when simulated, the frames.
 
     Raises:

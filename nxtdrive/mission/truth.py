@@ -45,7 +45,7 @@ class Truth(Protocol):
         ...
 
     def front_images(self) -> Mapping[str, Image]:
-        """Return a picture of each object's front, present or absent, by name; BGR pixels."""
+        """Return an image of each object's front, present or absent, by name; BGR pixels."""
         ...
 
     def lens_distance_mm(self, name: str) -> float:

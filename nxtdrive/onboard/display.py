@@ -11,12 +11,12 @@ from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead
 from nxtdrive.link.link import Link
 from nxtdrive.link.transfer import in_step, pieces
 
-Picture = NDArray[np.bool_]
+Pixels = NDArray[np.bool_]
 
 LINES = DISPLAY_HEIGHT // 8
 
 
-def read_display(link: Link) -> Picture:
+def read_display(link: Link) -> Pixels:
     """Read the display: (64, 100), row 0 on top, true where a pixel is black.
 
     This includes a message that covers the display. The 800 bytes take 15 reads over USB (about 50 ms) and 7 over
@@ -27,10 +27,10 @@ def read_display(link: Link) -> Picture:
         BrickError: The brick refused.
         RemoteProtocolError: Replies got out of step, repeatedly.
     """
-    return in_step(link, lambda: _picture(link))
+    return in_step(link, lambda: _read_pixels(link))
 
 
-def _picture(link: Link) -> Picture:
+def _read_pixels(link: Link) -> Pixels:
     flags = DISPLAY.field("Flags")
     popup = flags.decode(link.request(flags.read()).data) & DisplayFlag.POPUP
     start, limit = DISPLAY.field("Popup" if popup else "Normal").offset, link.max_telegram - IO_MAP_READ_HEADER

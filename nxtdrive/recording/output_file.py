@@ -120,7 +120,7 @@ def lock(handle: int, *, wait: bool) -> bool:
     return True
 
 
-def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
+def write_image(path: Path, image: npt.NDArray[np.uint8]) -> None:
     """Write an image file.
 
     Args:

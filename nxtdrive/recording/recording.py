@@ -14,7 +14,7 @@ from behaviors.ports import Clock, Sighting
 from nxtdrive.drawing.sheet import encoded
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import Look, looked, read_frames
-from nxtdrive.recording.map.picture import draw_map
+from nxtdrive.recording.map.map_drawing import draw_map
 from nxtdrive.recording.map.scene import Line
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY, VIDEO, RunFolder

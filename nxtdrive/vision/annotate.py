@@ -19,7 +19,7 @@ TEXT = (255, 255, 255)
 SHADE = (0, 0, 0)
 TEXT_PX, RIM_PX, LINE_PX = 13, 1, 2
 SHOWN_PX = 1000
-"""Longer side of the largest picture with these sizes: larger ones are looked at smaller, so theirs are multiples."""
+"""Longer side of the largest image with these sizes: larger ones are looked at smaller, so theirs are multiples."""
 
 
 def annotate(image: Image, sighting: Sighting | None, detections: Sequence[Detection] = (), state: str = "") -> Image:

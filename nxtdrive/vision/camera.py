@@ -21,7 +21,7 @@ ROUNDING_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One picture of a camera.
+    """One image of a camera.
 
     Attributes:
         image: (height, width, 3), uint8, in the order blue, green, red; not to be modified.
@@ -130,18 +130,18 @@ class SimulatedCamera:
 
 
 class ReplayCamera:
-    """Recorded pictures at their own pace: a video, the images of a folder, or one image forever.
+    """Recorded frames at their own pace: a video, the images of a folder, or one image forever.
 
     Args:
         name: Name of the recording, for messages.
-        images: The pictures in order; read one by one.
+        images: The frames in order; read one by one.
         fps: Frame rate on `clock`; frames that are not read in time are skipped, as a live camera would do. None
-            returns every picture, one per call, without waiting.
+            returns every frame, one per call, without waiting.
         clock: The mission's time.
         close: Releases the file.
 
     Raises:
-        CameraError: There are no pictures.
+        CameraError: There are no frames.
     """
 
     def __init__(
@@ -166,11 +166,11 @@ class ReplayCamera:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the first picture in pixels."""
+        """Width and height of the first frame in pixels."""
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """Return the next picture, at its time; see `Camera.read`."""
+        """Return the next frame, at its time; see `Camera.read`."""
         wanted = self._index + 1 if self._fps is None else self._await_next(self._fps, timeout_s)
         image = next(islice(self._images, wanted - self._index - 1, None), None)
         if image is None:
@@ -184,7 +184,7 @@ class ReplayCamera:
         self._close()
 
     def _await_next(self, fps: float, timeout_s: float) -> int:
-        """Wait for the time of the next picture and return its number."""
+        """Wait for the time of the next frame and return its number."""
         now_s = self._clock.now()
         if self._started_s is None:
             self._started_s = now_s

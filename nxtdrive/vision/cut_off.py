@@ -23,7 +23,7 @@ VIEWS = 5
 
 
 def marked(found: Iterable[Detection], width: int, height: int) -> list[Detection]:
-    """Return detections in a picture of this size, each with the sides at which the picture cuts it off."""
+    """Return detections in an image of this size, each with the sides at which the edge cuts it off."""
     return [_marked(one, _cut(one, width, height)) for one in found]
 
 

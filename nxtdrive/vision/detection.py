@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from behaviors.ports import Cut
 
 Image = NDArray[np.uint8]
-"""A picture: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in grey."""
+"""An image: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in grey."""
 
 Box = tuple[int, int, int, int]
 """Left, top, width, height in pixels. The box of a target at the edge may extend beyond the frame."""
@@ -50,7 +50,7 @@ class Detection:
 
 
 class Detector(Protocol):
-    """Finds one target in one picture. Stateless between calls: the same image gives the same answer."""
+    """Finds one target in one image. Stateless between calls: the same image gives the same answer."""
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places where the target is found in the BGR `image`, best first."""

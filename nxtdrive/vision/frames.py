@@ -19,7 +19,7 @@ def is_black(image: Image) -> bool:
 
 
 def as_frame(image: cv2.typing.MatLike | None) -> Image | None:
-    """Return a frame in BGR with 8 bits, of at most `MAX_PIXELS`; None if it is not a picture.
+    """Return a frame in BGR with 8 bits, of at most `MAX_PIXELS`; None if it is not an image.
 
     Args:
         image: Grey, BGR, or BGR with transparency; with 8 bits or, from thermal and scientific cameras, 16.

@@ -170,7 +170,7 @@ def _axis(detection: Detection) -> tuple[float, float]:
         return detection.centre[0], detection.box[3]
     top_left, top_right, bottom_right, bottom_left = detection.quad
     left, right = math.dist(top_left, bottom_left), math.dist(top_right, bottom_right)
-    # Depth is linear along the picture, so 1/height is: the middle's height is the harmonic mean of the sides'.
+    # Depth is linear along the image, so 1/height is: the middle's height is the harmonic mean of the sides'.
     return crossing(detection.quad)[0], 2 * left * right / (left + right)
 
 

@@ -51,7 +51,7 @@ def open_camera(
         clock: The mission's time, such as a brick; by default the wall clock.
         open_timeout_s: Longest wait for a live camera's first frame.
         stall_timeout_s: A stream without data for this long is opened again.
-        paced: Show recordings at their own pace; otherwise one picture per read, without waiting.
+        paced: Show recordings at their own pace; otherwise one frame per read, without waiting.
 
     Raises:
         CameraError: The camera cannot be opened; the message says why and what to do.

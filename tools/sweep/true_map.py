@@ -15,7 +15,7 @@ from nxtdrive.drawing.legend import Key, line_sample, marker_sample, patch_sampl
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
 from nxtdrive.recording.map.events import EventReader, MapEvent, Numbering, numbering
-from nxtdrive.recording.map.picture import START_MARK_MM, number_notes
+from nxtdrive.recording.map.map_drawing import START_MARK_MM, number_notes
 from nxtdrive.recording.map.style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 from nxtdrive.recording.wording import spaced
 from sim_backend.evaluation import stop_counts

@@ -264,13 +264,13 @@ class _AnnotatedOutput:
         self._count += 1
 
     def close(self) -> None:
-        from nxtdrive.recording.output_file import write_picture
+        from nxtdrive.recording.output_file import write_image
 
         with writing(self.path):
             if self._recorder is not None:
                 self._recorder.close()
             elif self._last is not None:
-                write_picture(self.path, self._last)
+                write_image(self.path, self._last)
 
     def _fitted(self, image: Image) -> Image:
         """Resize to the first image's size: folders may hold images of several sizes, a video has one."""

@@ -12,7 +12,7 @@ from nxtdrive.cli.output import write_json, write_line
 from nxtdrive.host.writing import writing
 
 if TYPE_CHECKING:
-    from nxtdrive.onboard.display import Picture
+    from nxtdrive.onboard.display import Pixels
 
 DESCRIPTION = """\
 Save what a brick's display shows, 100 x 64 pixels, each drawn as a square.
@@ -58,12 +58,12 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _save(image: Picture, scale: int, path: Path) -> None:
+def _save(image: Pixels, scale: int, path: Path) -> None:
     import numpy as np
 
-    from nxtdrive.recording.output_file import write_picture
+    from nxtdrive.recording.output_file import write_image
 
     colored = np.where(image[:, :, None], np.array(INK, np.uint8), np.array(GLASS, np.uint8))
     enlarged = colored.repeat(scale, axis=0).repeat(scale, axis=1)
     with writing(path):
-        write_picture(path, enlarged)
+        write_image(path, enlarged)

@@ -79,7 +79,7 @@ def _examined(file: str) -> Findings:
 
 
 def _show(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.views.room_picture import draw
+    from nxtdrive.cli.views.room_drawing import draw
     from nxtdrive.cli.views.room_sketch import sketch
     from nxtdrive.drawing.sheet import encoded
     from sim_backend.world.loading import image_files, load_world

@@ -14,7 +14,7 @@ import pytest
 import nxtdrive
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.cli.views.room_picture import NO_ECHO, room_page
+from nxtdrive.cli.views.room_drawing import NO_ECHO, room_page
 from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.page import draw_page, place_tags
 from nxtdrive.drawing.sheet import Sheet

@@ -20,7 +20,7 @@ from nxtdrive.drawing.page import place_tags
 from nxtdrive.drawing.sheet import Sheet
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.map.events import LAST, MAX_NUMBERS, numbering
-from nxtdrive.recording.map.picture import draw_map, map_page
+from nxtdrive.recording.map.map_drawing import draw_map, map_page
 from nxtdrive.recording.map.scene import gather
 from nxtdrive.recording.map.style import PATHS
 from nxtdrive.recording.progress_lines import ProgressLines

@@ -15,7 +15,7 @@ from behaviors.evidence import Evidence
 from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
 from nxtdrive.recording.decisions import decisions
-from nxtdrive.recording.map.picture import draw_map, map_page
+from nxtdrive.recording.map.map_drawing import draw_map, map_page
 from nxtdrive.recording.progress_lines import ProgressLines
 from nxtdrive.recording.status_line import StatusLine
 

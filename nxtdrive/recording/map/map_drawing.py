@@ -49,7 +49,7 @@ def draw_map(
         room_at_end: The same at the end.
 
     Returns:
-        An RGB picture.
+        An RGB image.
     """
     return draw_page(map_page(records, mission, room, room_at_end))
 
