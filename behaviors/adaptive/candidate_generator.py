@@ -89,7 +89,8 @@ class CandidateGenerator:
 
     def here(self, target: str) -> Viewpoint:
         """Return another scan from here."""
-        return Viewpoint(0.0, RESCAN_S, self._world.targets.chance_from(target, self._world.here))
+        world = self._world
+        return Viewpoint(0.0, RESCAN_S, world.targets.beliefs[target].chance_from(*world.here, world.floor))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """Return the places where a scan gains most per time."""
@@ -149,7 +150,7 @@ class CandidateGenerator:
         places = paths.reachable_places(END_SPACING_MM, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
-        visible = world.targets.faces(target, known.place, places)
+        visible = world.targets.beliefs[target].faces(known.place, places)
         useful = (away_mm >= NEAREST_END_MM) & (away_mm <= FARTHEST_END_MM) & (visible >= MIN_VISIBLE_CHANCE)
         places, away_mm, visible = places[useful], away_mm[useful], visible[useful]
         seconds = paths.seconds_to(places) + away_mm / self._parameters.cruise_mm_s

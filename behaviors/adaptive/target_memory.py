@@ -6,9 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.bounded_sighting import estimated, limit_distance, limit_to_echo
 from behaviors.adaptive.camera_scale import CameraScale
@@ -235,10 +232,6 @@ class TargetMemory:
         if known is not None and self.beliefs[target].held_at(known.place) < HELD_CHANCE:
             del self.known[target]
 
-    def chance_from(self, target: str, place: Point) -> float:
-        """Return the probability that one scan from a place finds the target."""
-        return self.beliefs[target].chance_from(*place, self._floor)
-
     def chances_from(self, target: str, places: Sequence[Point]) -> list[tuple[float, float]]:
         """Return for each place the probability that a scan from there finds it, and that it is beyond the frontier.
 
@@ -247,10 +240,6 @@ class TargetMemory:
         belief = self.beliefs[target]
         found, beyond = belief.chances_from(places, self._floor), belief.frontier_chances_from(places, self._floor)
         return list(zip(found, beyond, strict=True))
-
-    def faces(self, target: str, place: Point, viewpoints: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the probability that a target at `place` can be recognised from each of the viewpoints (n, 2)."""
-        return self.beliefs[target].faces(place, viewpoints)
 
     def searched(self, target: str) -> bool:
         """Return whether a scan for the target has ended without finding it."""
