@@ -122,7 +122,7 @@ def run(args: argparse.Namespace) -> int:
         robot = stack.enter_context(open_robot(in_real_time(address) if page else address, args.camera))
         warn_of_room(robot.brick)
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
-        say_hint = _say_nothing if args.json else _say_hint
+        say_hint = (lambda _: None) if args.json else _say_hint  # the summary has the hints
         if page:
             run = page.assemble(robot, observers, say_hint)
         else:
@@ -196,10 +196,6 @@ def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
 
 def _say_hint(text: str) -> None:
     print_line(f"hint: {text}")
-
-
-def _say_nothing(_text: str) -> None:
-    """Leave the hints to the summary."""
 
 
 def _say_failure(name: str, error: str) -> None:

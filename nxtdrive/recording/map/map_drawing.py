@@ -68,6 +68,7 @@ def map_page(
     at_start = set(room)
     painter = MapPainter(scene, shown, camera, room, [line for line in room_at_end if line not in at_start])
     begun = start_of(records)
+    places = {target: target_place(points) for target, points in scene.sightings.items()}
     return Page(
         title=str(begun.data.get("mission", "")) if begun else "A mission that did not begin",
         subtitle="; ".join(_result(records, mission)),
@@ -77,15 +78,18 @@ def map_page(
         keys=list(painter.keys(area)),
         heading="What happened" if shown.numbered else "",
         notes=list(number_notes(shown, lambda event: mark_style(event).color)),
-        tags=[*_target_tags(scene), *_number_tags(shown)],
-        avoid=[on_page(pose.point) for pose, _ in scene.poses],
-        keep=[
-            on_page(point)
-            for point in (
-                *(target_place(points) for points in scene.sightings.values()),
-                *map(START.ahead, START_MARK_MM),
-            )
+        tags=[
+            *(
+                Tag(on_page(place), target, target_color(i), number=False)
+                for i, (target, place) in enumerate(places.items())
+            ),
+            *(
+                Tag(on_page(each.first.pose.point), str(number), mark_style(each.first).color)
+                for number, each in enumerate(shown.numbered, start=1)
+            ),
         ],
+        avoid=[on_page(pose.point) for pose, _ in scene.poses],
+        keep=[on_page(point) for point in (*places.values(), *map(START.ahead, START_MARK_MM))],
     )
 
 
@@ -128,13 +132,3 @@ def number_notes(shown: Numbering, color_of: Callable[[MapEvent], Color]) -> Ite
 
 def _arrowed(words: str) -> str:
     return words.replace("->", "→")
-
-
-def _number_tags(shown: Numbering) -> Iterator[Tag]:
-    for number, group in enumerate(shown.numbered, start=1):
-        yield Tag(on_page(group.first.pose.point), str(number), mark_style(group.first).color)
-
-
-def _target_tags(scene: MapScene) -> Iterator[Tag]:
-    for i, (target, points) in enumerate(scene.sightings.items()):
-        yield Tag(on_page(target_place(points)), target, target_color(i), number=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from statistics import median_high
 
 import numpy as np
 
@@ -79,8 +80,8 @@ class MapScene:
 
 def target_place(points: Sequence[Point]) -> Point:
     """Return the estimated place of a target."""
-    xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
-    return xs[len(xs) // 2], ys[len(ys) // 2]
+    xs_mm, ys_mm = zip(*points[-LAST:], strict=True)
+    return median_high(xs_mm), median_high(ys_mm)
 
 
 def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScene:
