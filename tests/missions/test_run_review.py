@@ -13,8 +13,7 @@ from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import CalibrationTable, MeasuredTable, RobotTable, load_robot_file
 from nxtdrive.brick import open_brick
-from nxtdrive.mission.review import recognition
-from nxtdrive.mission.review.reviewed_run import ReviewedRun, Transition
+from nxtdrive.mission.review.reviewed_run import ReviewedRun
 from nxtdrive.mission.review.run_review import RunReview
 from nxtdrive.mission.truth import truth_of
 from sim_backend.bundled import PICTURES, WORLDS
@@ -207,17 +206,6 @@ def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try
     assert hint == review.hints[0]
     assert "nxtdrive detect try 'http://pi:8081/a b' --mission 'my mission.toml' --target lena" in hint
     assert "`nxtdrive mission check 'my mission.toml'` warns of a picture that is hard to find" in hint
-
-
-def test_a_check_needs_no_other_check(mission_for):
-    """Each of a search that found nothing: in a real room, in a world without the target and in one that has it."""
-    checks = (recognition.not_recognised, recognition.not_in_this_world, recognition.too_high)
-    given = []
-    for target, truth in (("lena", None), ("rilakkuma", Simulation("open").truth), ("lena", Simulation("open").truth)):
-        run = ReviewedRun(mission_for(target), truth)
-        transition = Transition(_unsuccessful(target))
-        given.append([[about for about, _ in check(run, transition)] for check in checks])
-    assert given == [[["lena"], [], []], [[], ["rilakkuma"], []], [[], [], []]]
 
 
 def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):

@@ -10,7 +10,6 @@ from behaviors.journal import Value
 from behaviors.mission.robot import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import LOW_BATTERY_MV, Brick
-from nxtdrive.mission.review.recognition import GIVEN_UP
 from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
 
 WIRING_KEYS = {"left", "right", "left_reversed", "right_reversed"}
@@ -75,11 +74,11 @@ def ports(run: ReviewedRun, transition: Transition) -> Hints:
         yield transition.target, text
 
 
-def motors(run: ReviewedRun, ending: str) -> Hints:
+def motors(run: ReviewedRun) -> Hints:
     """Doubt the motors at the end, unless they were measured or are a simulated robot's usual ones."""
     described = run.mission.robot.model_fields_set & WIRING_KEYS
     doubtful = run.mission.calibration.motors is None and (run.truth is None or described)
-    if ending in GIVEN_UP and run.seen and not run.arrivals and doubtful:
+    if run.seen and not run.arrivals and doubtful:
         text = (
             "The robot saw a target and reached none. If it turned or drove the wrong way, its motors are "
             "exchanged or reversed, and [robot] does not say so: `nxtdrive calibrate motors` finds out."

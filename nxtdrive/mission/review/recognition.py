@@ -10,13 +10,11 @@ from behaviors.events import Event, Reason
 from behaviors.mission.targets import ColorTarget, PictureTarget
 from nxtdrive.mission.files import own_room
 from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
-from nxtdrive.mission.truth import FAR_MM, codes_on
+from nxtdrive.mission.truth import FAR_MM, Truth, codes_on
 from nxtdrive.transports.address import Address
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 """A search that ends for one of these reasons has looked in all directions, if the target was never seen before."""
-GIVEN_UP = ("given_up", "time_up")
-"""Endings of a mission that had time to reach its targets."""
 NEAR_MM = 1000.0
 """An object that is nearer may be what the robot arrived at, even if the camera does not show all of it."""
 
@@ -37,23 +35,31 @@ def something_else(run: ReviewedRun, transition: Transition) -> Hints:
         yield target, text
 
 
-def _unseen(run: ReviewedRun, transition: Transition) -> bool:
-    """Return whether a search has looked in all directions without ever having seen its target."""
-    searched = transition.event == Event.SEARCH_FAILED and transition.reason in ROUND
-    return searched and transition.target not in run.seen
-
-
-def not_in_this_world(run: ReviewedRun, transition: Transition) -> Hints:
-    """Check whether the simulated world has what a search did not find."""
+def never_seen(run: ReviewedRun, transition: Transition) -> Hints:
+    """Say why, or what to try, if a search has looked in all directions without ever having seen its target."""
     target = transition.target
-    if run.truth is None or not _unseen(run, transition) or run.lookalikes(target):
+    if transition.event != Event.SEARCH_FAILED or transition.reason not in ROUND or target in run.seen:
         return
-    fronts = run.truth.front_images()
+    if run.truth is None:
+        yield target, _not_recognised(run, target)
+    elif not (names := run.lookalikes(target)):
+        yield target, _not_in_this_world(run, run.truth, target)
+    elif (whole_from_mm := min(map(run.truth.whole_from_mm, names))) > FAR_MM:
+        least = f"only from {whole_from_mm / 1000:.1f} m away" if math.isfinite(whole_from_mm) else "from nowhere"
+        text = (
+            f"{target} hangs too high or stands too low: the camera sees the whole of it {least}. In this world, "
+            "bring its centre_height_mm nearer to the camera's height_mm, or set the camera's tilt_deg."
+        )
+        yield target, text
+
+
+def _not_in_this_world(run: ReviewedRun, truth: Truth, target: str) -> str:
+    fronts = truth.front_images()
     codes = {name: [] if run.by_name else codes_on(fronts[name], run.detectors[target].detector) for name in fronts}
     names = [f"{name} ({', '.join(said)})" if said else name for name, said in codes.items()]
     has = f"It has {', '.join(names)}" if names else "It has no objects"
     advice = _advice(run, target, named=target in fronts)
-    yield target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}"
+    return f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}"
 
 
 def _advice(run: ReviewedRun, target: str, *, named: bool) -> str:
@@ -71,42 +77,23 @@ def _advice(run: ReviewedRun, target: str, *, named: bool) -> str:
     return "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
 
 
-def too_high(run: ReviewedRun, transition: Transition) -> Hints:
-    """Check whether the camera can see the whole of what a search did not find in the simulator."""
-    target = transition.target
-    if run.truth is None or not _unseen(run, transition) or not (names := run.lookalikes(target)):
-        return
-    whole_from_mm = min(map(run.truth.whole_from_mm, names))
-    if whole_from_mm > FAR_MM:
-        least = f"only from {whole_from_mm / 1000:.1f} m away" if math.isfinite(whole_from_mm) else "from nowhere"
-        text = (
-            f"{target} hangs too high or stands too low: the camera sees the whole of it {least}. In this world, "
-            "bring its centre_height_mm nearer to the camera's height_mm, or set the camera's tilt_deg."
-        )
-        yield target, text
-
-
-def not_recognised(run: ReviewedRun, transition: Transition) -> Hints:
-    """Suggest what to try after a search in a real room did not find its target."""
-    target = transition.target
-    if run.truth is not None or not _unseen(run, transition):
-        return
+def _not_recognised(run: ReviewedRun, target: str) -> str:
+    """Suggest what to try in a real room."""
     file = shlex.quote(str(run.file)) if run.file else ""
     mission = f" --mission {file}" if file else ""
     command = f"nxtdrive detect try {shlex.quote(run.camera)}{mission} --target {shlex.quote(target)}"
     # a run does not try the pictures: that takes a second for each
     pictured = file and isinstance(run.mission.target[target], PictureTarget)
     more = f" `nxtdrive mission check {file}` warns of a picture that is hard to find." if pictured else ""
-    text = (
+    return (
         f"Nothing in sight looked like {target}. Give it more light, stand it nearer, upright and at the camera's "
         f"height, and check its height_mm; `{command}` shows what the camera finds.{more}"
     )
-    yield target, text
 
 
-def not_reached(run: ReviewedRun, ending: str) -> Hints:
+def not_reached(run: ReviewedRun) -> Hints:
     """Check at the end whether a room of the user's own has a target that was not reached."""
-    if ending not in GIVEN_UP or not Path(run.world).is_file():
+    if not Path(run.world).is_file():
         return
     check = f"`nxtdrive world check {shlex.quote(run.world)}` warns if the robot cannot see or reach it."
     for target in dict.fromkeys(run.mission.mission.targets):

@@ -13,17 +13,11 @@ if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 Check = Callable[[ReviewedRun, Transition], Hints]
-EndCheck = Callable[[ReviewedRun, str], Hints]
 
 AT_ARRIVAL: Sequence[Check] = (recognition.something_else, sizes.size_at_arrival, sizes.scale)
-AT_OTHER_TRANSITIONS: Sequence[Check] = (
-    sizes.range_mismatch,
-    recognition.not_in_this_world,
-    recognition.too_high,
-    recognition.not_recognised,
-    build.ports,
-)
-AT_END: Sequence[EndCheck] = (sizes.stops_before_target, recognition.not_reached, build.motors)
+AT_OTHER_TRANSITIONS: Sequence[Check] = (sizes.range_mismatch, recognition.never_seen, build.ports)
+GIVEN_UP = ("given_up", "time_up")
+"""Endings of a mission that had time to reach its targets."""
 
 
 class RunReview:
@@ -57,8 +51,10 @@ class RunReview:
             case RecordKind.TRANSITION:
                 self._review_transition(record)
             case RecordKind.END:
-                for check in AT_END:
-                    self._give(check(self.run, str(record.data.get("ending"))))
+                self._give(sizes.stops_before_target(self.run))
+                if record.data.get("ending") in GIVEN_UP:
+                    self._give(recognition.not_reached(self.run))
+                    self._give(build.motors(self.run))
 
     def _review_transition(self, record: Record) -> None:
         transition, arrived = Transition(record), record.data.get("to") == "reached"

@@ -42,7 +42,7 @@ def note_stop(run: ReviewedRun, transition: Transition) -> None:
         run.stops[transition.target].append(distances)
 
 
-def stops_before_target(run: ReviewedRun, _: str) -> Hints:
+def stops_before_target(run: ReviewedRun) -> Hints:
     """Check at the end whether the robot was stopped repeatedly before a target that its size says is farther away."""
     for target, stops in run.stops.items():
         if target not in run.reached and len(stops) >= STOPS_BEFORE_WARNING:
