@@ -211,13 +211,10 @@ def mission_ports(brick: Brick, mission: Mission, vision: Vision) -> Ports:
 
 def safety_sensors(robot: RobotTable) -> list[str]:
     """Return which sensors of the safety stop a robot has, as `MissionBody` takes them."""
-    return [sensor for sensor, port in _safety_ports(robot).items() if port]
+    ports = {"sonar": robot.ultrasonic, "bumper": robot.touch}
+    return [sensor for sensor, port in ports.items() if port]
 
 
 def lacking_sensors(robot: RobotTable) -> list[str]:
     """Return which sensors of the safety stop a robot does not have."""
-    return [sensor for sensor, port in _safety_ports(robot).items() if not port]
-
-
-def _safety_ports(robot: RobotTable) -> dict[str, int]:
-    return {"sonar": robot.ultrasonic, "bumper": robot.touch}
+    return [sensor for sensor in ("sonar", "bumper") if sensor not in safety_sensors(robot)]
