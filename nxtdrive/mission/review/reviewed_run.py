@@ -81,12 +81,12 @@ class ReviewedRun:
         if record.data["sighting"] is not None:
             self.seen.add(record.target)
 
-    def learn_arrival(self, record: Record) -> None:
-        """Learn from the transition to a target reached."""
-        believed_mm = Transition(record).sighting.get("distance_mm")
-        arrival = {"target": record.target, "time_s": record.time_s, "believed_mm": believed_mm}
+    def learn_arrival(self, transition: Transition, time_s: float) -> None:
+        """Learn from an arrival at this mission time."""
+        target, believed_mm = transition.target, transition.sighting.get("distance_mm")
+        arrival = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
         arrival["sonar_mm"] = self.look.get("range_mm")
-        self.arrivals.append(arrival | self._compared_with_truth(record.target, believed_mm))
+        self.arrivals.append(arrival | self._compared_with_truth(target, believed_mm))
 
     @property
     def reached(self) -> set[str]:

@@ -59,7 +59,7 @@ class RunReview:
     def _review_transition(self, record: Record) -> None:
         transition, arrived = Transition(record), record.data.get("to") == "reached"
         if arrived:
-            self.run.learn_arrival(record)
+            self.run.learn_arrival(transition, record.time_s)
         for check in AT_ARRIVAL if arrived else AT_OTHER_TRANSITIONS:
             self._give(check(self.run, transition))
         if not arrived:
