@@ -44,11 +44,9 @@ class ProgressLines:
     def lines(self, record: Record) -> Iterator[str]:
         """Yield what a record says, without its time."""
         data = record.data
-        if record.kind is RecordKind.CHOICE:
-            # the failure that it answers comes with the next record
-            self._choice = f"{_choice_words(data)}: {data['why']}"
-            return
         match record.kind:
+            case RecordKind.CHOICE:  # the failure that it answers comes with the next record
+                self._choice = f"{_choice_words(data)}: {data['why']}"
             case RecordKind.TRANSITION if data["to"] == "select":
                 yield f"{record.target}: {reason_words(str(data.get('reason', 'failed')), data.get('evidence'))}"
                 yield f"-> {self._choice}"

@@ -99,12 +99,11 @@ class EventReader:
             return None
         if not words or record.data.get("to") in QUIET:
             return None
-        kind, detail = _kind(record), ""
-        recovery = None
+        kind, detail, recovery = _kind(record), "", None
         if kind == "failed":
             recovery = RECOVERIES.get(self._choice)
             detail = f"{record.data.get('reason')} {self._choice}"
-        elif kind != "seen" and kind != "reached":
+        elif kind not in ("seen", "reached"):
             detail = words[0].partition(";")[0]
         return MapEvent(record.time_s, pose, kind, words, (kind, record.target, detail), recovery)
 
