@@ -67,14 +67,24 @@ class FaultsFile(BaseModel):
     delay_replies_ms: dict[Annotated[int, Field(ge=0)], Count] = {}
     silent_ms: tuple[Span, ...] = ()
     unplugged_ms: tuple[Span, ...] = ()
+    weak_ms: tuple[Span, ...] = ()
+    weak_latency_ms: Span = LinkFaults.weak_latency_ms
+    weak_loss: Annotated[float, Field(ge=0, le=1)] = LinkFaults.weak_loss
 
-    @field_validator("silent_ms", "unplugged_ms")
+    @field_validator("silent_ms", "unplugged_ms", "weak_ms")
     @classmethod
     def _in_order(cls, spans: tuple[Span, ...]) -> tuple[Span, ...]:
         for start, end in spans:
             if start >= end:
                 raise ValueError(f"the span [{start}, {end}] ends before it begins")
         return spans
+
+    @field_validator("weak_latency_ms")
+    @classmethod
+    def _is_a_range(cls, latency_ms: Span) -> Span:
+        if latency_ms[0] > latency_ms[1]:
+            raise ValueError("write the shortest round trip first, then the longest")
+        return latency_ms
 
 
 def load_faults(path: Path) -> LinkFaults:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
+from random import Random
 from typing import Protocol
 
 from firmware_protocol.framing import LENGTH_SIZE, frame
@@ -47,6 +48,9 @@ class LinkFaults:
         silent_ms: Spans (from, to) of simulation time in which nothing gets through in either direction.
         unplugged_ms: Spans (from, to) without a cable: a link that is open at the start is lost, and none can be
             opened before the end.
+        weak_ms: Spans (from, to) at the edge of the radio's range, in which `weak_latency_ms` and `weak_loss` apply.
+        weak_latency_ms: Shortest and longest round trip there; each telegram's is drawn from this range.
+        weak_loss: Share of the telegrams there of which request or reply is lost, 0..1.
     """
 
     drop_requests: Container[int] = ()
@@ -56,6 +60,9 @@ class LinkFaults:
     delay_replies_ms: Mapping[int, int] = field(default_factory=dict)
     silent_ms: tuple[tuple[int, int], ...] = ()
     unplugged_ms: tuple[tuple[int, int], ...] = ()
+    weak_ms: tuple[tuple[int, int], ...] = ()
+    weak_latency_ms: tuple[int, int] = (300, 1500)
+    weak_loss: float = 0.05
 
     def silent(self, now_ms: int) -> bool:
         """Return whether nothing gets through at this time."""
@@ -64,6 +71,18 @@ class LinkFaults:
     def unplugged(self, since_ms: int, now_ms: int) -> bool:
         """Return whether a link opened at `since_ms` has lost its cable by `now_ms`."""
         return any(start <= now_ms and since_ms < end for start, end in self.unplugged_ms)
+
+    def weakened(self, number: int, now_ms: int) -> tuple[int, bool, bool] | None:
+        """Return the round trip of a telegram that is sent at this time, and whether request and reply are lost.
+
+        None outside the spans of `weak_ms`.
+        """
+        if not any(start <= now_ms < end for start, end in self.weak_ms):
+            return None
+        random = Random(f"{now_ms}/weak {number}")
+        lost = random.random() < self.weak_loss
+        request_lost = lost and random.random() < 0.5
+        return random.randint(*self.weak_latency_ms), request_lost, lost and not request_lost
 
 
 NO_FAULTS = LinkFaults()
@@ -135,12 +154,14 @@ class SimLink:
         self._check_cable()
         number, sent_ms = self._sent, self._simulation.now_ms
         self._sent += 1
-        if number in self._faults.drop_requests or self._faults.silent(sent_ms):
+        weakened = self._faults.weakened(number, sent_ms)
+        latency_ms, request_lost, reply_lost = weakened or (self._latency_ms, False, False)
+        if request_lost or number in self._faults.drop_requests or self._faults.silent(sent_ms):
             return
-        due_ms = max(sent_ms + self._latency_ms // 2, self._next_pass_ms)
+        due_ms = max(sent_ms + latency_ms // 2, self._next_pass_ms)
         self._next_pass_ms = due_ms + 1
         self._deliveries.append(due_ms)
-        self._simulation.at(due_ms, lambda: self._deliver(number, sent_ms, telegram))
+        self._simulation.at(due_ms, lambda: self._deliver(number, sent_ms + latency_ms, reply_lost, telegram))
 
     def poll(self) -> bytes | None:
         """Return the next reply that has arrived, or None.
@@ -177,14 +198,14 @@ class SimLink:
             news.append(self._deliveries[0] + 1)
         return min(news)
 
-    def _deliver(self, number: int, sent_ms: int, telegram: bytes) -> None:
+    def _deliver(self, number: int, reply_ms: int, reply_lost: bool, telegram: bytes) -> None:
         self._deliveries.popleft()
         now_ms = self._simulation.now_ms
         if self._faults.unplugged(self._opened_ms, now_ms):
             return
         reply = self._ask(telegram)
-        due_ms = max(sent_ms + self._latency_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)
-        if not reply or number in self._faults.drop_replies or self._faults.silent(due_ms):
+        due_ms = max(reply_ms, now_ms + 1) + self._faults.delay_replies_ms.get(number, 0)
+        if not reply or reply_lost or number in self._faults.drop_replies or self._faults.silent(due_ms):
             return
         if number in self._faults.corrupt_replies:
             intact = LENGTH_SIZE if self._bluetooth else 0

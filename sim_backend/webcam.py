@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sim_backend.camera.scene import Panel, Viewpoint
     from sim_backend.camera.sim_camera import SimCamera
     from sim_backend.camera.textures import Image
+    from sim_backend.world.event_tables import CameraFault
     from sim_backend.world.world import World
 
 
@@ -94,10 +95,10 @@ class Webcam:
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
         """
-        if self.unplugged or self.dropped:
+        if self._gives_none or self.dropped:
             return None
         exposure = self._fresh()
-        if self._drawn is None or self._drawn[0] != exposure.index:
+        if self._drawn is None or (self._drawn[0] != exposure.index and self._fault != "stuck"):
             self._drawn = (exposure.index, self._draw(exposure))
         return self._drawn[1]
 
@@ -115,7 +116,11 @@ class Webcam:
         """
         if self.unplugged or self.dropped:
             return None
-        self._seen = seen = self._fresh()
+        if self._seen is None or self._fault != "stuck":
+            self._seen = self._fresh()
+        seen = self._seen
+        if self._fault == "fogged":
+            return None
         picture = self._world.pictures.get(name)
         if picture is None:
             return None
@@ -129,7 +134,7 @@ class Webcam:
         Returns:
             The pixels, (n, 2) columns and rows, at which the floor ends.
         """
-        if self._seen is None:
+        if self._seen is None or self._fault == "fogged":
             return np.empty((0, 2))
         return self._detector.floor_ends(self._seen.panels, self._seen.viewpoint, self._seen.turn_rate_deg_s)
 
@@ -145,8 +150,16 @@ class Webcam:
 
     @property
     def unplugged(self) -> bool:
-        """Whether the webcam delivers no frames now."""
-        return any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
+        """Whether the webcam delivers no frames now, or only black ones."""
+        return self._gives_none or self._fault == "covered"
+
+    @property
+    def _gives_none(self) -> bool:
+        return self._fault == "unplugged" or any(start <= self._now_ms() < end for start, end in self.unplugged_ms)
+
+    @property
+    def _fault(self) -> CameraFault | None:
+        return self._world.disturbances.camera
 
     @property
     def dropped(self) -> bool:
@@ -179,7 +192,11 @@ class Webcam:
 
     def _draw(self, exposure: Exposure) -> Image:
         view = (exposure.panels, exposure.viewpoint, exposure.turn_rate_deg_s)
-        image = self._camera.frame(*view, exposure.brightness)
+        image = self._camera.frame(*view, 0.0 if self._fault == "covered" else exposure.brightness)
+        if self._fault == "fogged":
+            from sim_backend.camera.lens import fogged
+
+            image = fogged(image)
         image.flags.writeable = False
         return image
 

@@ -24,6 +24,7 @@ from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.record import brick_address
+from nxtdrive.transports.sim import simulated
 from nxtdrive.version import installed_version
 from nxtdrive.vision.target_vision import CameraVision, OnLook
 
@@ -86,8 +87,9 @@ def open_robot(nxt: str | Address, camera: str | None = None, *, reconnect: bool
     with open_brick(nxt) as brick:
         if reconnect:
             brick.link.reconnect_timeout_s = 0.0
-            # a simulated link is never lost, and probing it would shift the simulation by milliseconds
-            brick.link.reconnecting = not brick.link.transport.simulated
+            # probing a simulated link without faults, which is never lost, would shift the simulation by milliseconds
+            transport = simulated(brick.link.transport)
+            brick.link.reconnecting = transport is None or transport.may_be_lost
         source = camera or default_camera(brick)
         with closing(open_mission_camera(source, brick)) as opened:
             yield OpenRobot(brick, opened, str(nxt), source)

@@ -9,6 +9,7 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import AddressError, LinkLost
@@ -64,7 +65,9 @@ def _open_shared(address: Address) -> SimTransport:
 
 
 class SimTransport:
-    """``sim://`` for the bundled world, ``sim://my-room.toml?seed=7&latency_ms=30&pace=realtime&firmware=1.05``.
+    """``sim://`` for the bundled world, or ``sim://my-room.toml?seed=7&latency_ms=30&faults=faults.toml``.
+
+    Further options are ``pace=realtime`` and ``firmware=1.05``.
 
     Args:
         simulation: Holds brick, world and clock.
@@ -103,6 +106,11 @@ class SimTransport:
         self._link: SimLink = self._plug_in()
 
     @property
+    def may_be_lost(self) -> bool:
+        """Whether the link has faults; any other link to a simulated brick is never lost."""
+        return self._faults is not None
+
+    @property
     def simulation(self) -> Any:  # noqa: ANN401 - to evaluate or repeat a run; the driver does not read it
         """The simulation."""
         return self._simulation
@@ -113,13 +121,14 @@ class SimTransport:
 
         Raises:
             AddressError: An option is unknown or its value invalid.
-            ConfigError: There is no such world, or its file has errors.
+            ConfigError: There is no such world or file of faults, or it has errors.
         """
         if address.target.startswith(SHARED_MARK):
             return _open_shared(address)
         options = address.read_options(
-            {"seed": _seed, "latency_ms": _latency, "pace": _pace, "firmware": _firmware},
+            {"seed": _seed, "latency_ms": _latency, "pace": _pace, "firmware": _firmware, "faults": Path},
         )
+        from sim_backend.faults_file import load_faults
         from sim_backend.simulation import DEFAULT_WORLD, Simulation
 
         simulation = Simulation(
@@ -131,6 +140,7 @@ class SimTransport:
             simulation,
             latency_ms=options.get("latency_ms", USB_LATENCY_MS),
             realtime=options.get("pace", False),
+            faults=load_faults(options["faults"]) if "faults" in options else None,
             address=str(address),
         )
 

@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from sim_backend.camera.textures import Image
 
 _NOISE_MARGIN = 64
+FOG_BLUR_PX, FOG_SHARE, FOG_LEVEL = 12.0, 0.7, 170.0
+"""A fogged lens: standard deviation of its blur, and the share of each pixel that is fog, of this brightness. A
+guess."""
 MAX_SMEAR_DEG = 80.0
 """Largest turn during an exposure: near 90 degrees the image plane has no place for what was in its middle."""
 
@@ -99,6 +102,12 @@ class Lens:
         left, top = (int(offset) for offset in self._rng.integers(0, _NOISE_MARGIN, 2))
         window = (slice(top, top + height), slice(left, left + width))
         return np.asarray(cv2.subtract(cv2.add(frame, self._brighter[window]), self._darker[window]), np.uint8)
+
+
+def fogged(image: Image) -> Image:
+    """Return a frame as a fogged lens shows it."""
+    blurred = cv2.GaussianBlur(image, (0, 0), FOG_BLUR_PX)
+    return np.asarray(cv2.convertScaleAbs(blurred, alpha=1.0 - FOG_SHARE, beta=FOG_SHARE * FOG_LEVEL), np.uint8)
 
 
 def motion_blur_px(focal_px: float, turn_rate_deg_s: float, shutter_s: float) -> float:

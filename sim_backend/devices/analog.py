@@ -8,7 +8,7 @@ from functools import cache
 from firmware_protocol.enums import SensorType
 from sim_backend.firmware.sensors.analog import FULL_SCALE, NORMALIZE
 
-_PRESSED = 183
+PRESSED = 183
 """Converter value of a pressed touch sensor: 2.2 kΩ against the brick's 10 kΩ; released it is an open circuit.
 Source: docs/firmware.md section 6 (switch type) and LEGO's hardware developer kit."""
 
@@ -46,7 +46,7 @@ class TouchSensor(AnalogInput):
     """
 
     def __init__(self, pressed: Callable[[], bool]) -> None:
-        super().__init__(lambda: _PRESSED if pressed() else FULL_SCALE)
+        super().__init__(lambda: PRESSED if pressed() else FULL_SCALE)
 
 
 class LightSensor(AnalogInput):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
+from sim_backend.devices.analog import PRESSED
 from sim_backend.devices.digital import NO_ECHO, UltrasonicSensor
 from sim_backend.firmware.sensors.analog import FULL_SCALE
 from sim_backend.firmware.sensors.color import ColorDevice
@@ -59,6 +60,8 @@ class FailingAnalog:
     def raw(self) -> int:
         """Return the converter's value now, 0..1023."""
         fault = self._fault()
+        if fault == "pressed":
+            return PRESSED
         if _gone(fault, self._random):
             return OPEN_CIRCUIT
         if fault != "stuck" or self._last is None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
 from sim_backend.world.toml_types import MAX_TIMES, Direction, Duration, Length, Name, Percent, Point, Seconds, Table
 
-Fault = Literal["no_echo", "stuck", "error", "unplugged"]
-"""How a sensor fails: an ultrasonic sensor without echoes, a reading that stays, one that answers only at times (a
-loose plug), and none at all."""
+Fault = Literal["no_echo", "pressed", "stuck", "error", "unplugged"]
+"""How a sensor fails: an ultrasonic sensor without echoes, a touch sensor that stays pressed, a reading that stays, one
+that answers only at times (a loose plug), and none at all."""
+CameraFault = Literal["stuck", "covered", "fogged", "unplugged"]
+"""How the camera fails: it repeats its last frame, its frames are black, its lens is fogged, there are no frames."""
+SENSOR_FAULTS, CAMERA_FAULTS = get_args(Fault), get_args(CameraFault)
 Wheel = Literal["left", "right", "both"]
 
 
@@ -56,7 +59,7 @@ class When(Table):
 
 
 class Event(Table):
-    """An event: something happens to a person, a picture, a box, a sensor, a wheel or the robot.
+    """An event: something happens to a person, a picture, a box, a sensor, a wheel, the camera or the robot.
 
     Attributes:
         name: Name, for references from other events.
@@ -66,17 +69,19 @@ class Event(Table):
         picture: Picture that moves, appears or disappears.
         box: Box that moves, appears or disappears.
         sensor: Input port of a sensor that fails, with `fault`.
-        wheel: Wheel that slips, with `slip_percent`.
+        wheel: Wheel that slips, with `slip_percent`, or whose motor's cable is off, with the `fault` "unplugged".
+        camera: The camera fails, with `fault`, or is turned, with `yaw_deg`.
         robot: The robot is lifted and put down at `to_mm`.
         to_mm: New position.
         facing_deg: New facing of a picture, box or the robot.
         speed_mm_s: A picture rides there at this speed, without it is there at once.
         blocks: The person or box moves between the robot and this picture.
         blocks_at_mm: Distance in front of that picture.
-        fault: How the sensor fails.
+        fault: How the sensor, the wheel's motor or the camera fails.
         slip_percent: Share of the wheel's motion that is lost.
-        stays_s: How long the person stays after arrival, the sensor fails, the wheel slips (without it: until another
-            event of that subject ends it, or forever), or the robot is in the air (without it: 2 s).
+        yaw_deg: How far the camera is turned from where it was mounted, positive right.
+        stays_s: How long the person stays after arrival, the sensor, wheel or camera is disturbed (without it: until
+            another event of that subject ends it, or forever), or the robot is in the air (without it: 2 s).
         leaves: The person leaves now.
         present: Whether the picture or box is present from now on.
     """
@@ -89,23 +94,25 @@ class Event(Table):
     box: Name | None = None
     sensor: Annotated[int, Field(ge=1, le=4)] | None = None
     wheel: Wheel | None = None
+    camera: bool = False
     robot: bool = False
     to_mm: Point | None = None
     facing_deg: Direction | None = None
     speed_mm_s: Annotated[float, Field(gt=0, le=1000)] | None = None
     blocks: Name | None = None
     blocks_at_mm: Length = 600.0
-    fault: Fault | None = None
+    fault: Fault | CameraFault | None = None
     slip_percent: Percent | None = None
+    yaw_deg: Annotated[float, Field(ge=-90, le=90)] | None = None
     stays_s: Duration | None = None
     leaves: bool = False
     present: bool = True
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        subjects = (self.person, self.picture, self.box, self.sensor, self.wheel, self.robot or None)
-        if sum(subject is not None for subject in subjects) != 1:
-            raise ValueError("must name exactly one of person, picture, box, sensor, wheel and robot")
+        devices = (self.sensor, self.wheel, self.camera or None, self.robot or None)
+        if sum(subject is not None for subject in (self.person, self.picture, self.box, *devices)) != 1:
+            raise ValueError("must name exactly one of person, picture, box, sensor, wheel, camera and robot")
         if self.person is not None and (self.to_mm is not None or self.blocks is not None) == self.leaves:
             raise ValueError("a person needs exactly one of to_mm, blocks and leaves")
         if self.person is None and self.leaves:
@@ -120,16 +127,32 @@ class Event(Table):
 
     @model_validator(mode="after")
     def _fits_its_subject(self) -> Self:
-        if (self.sensor is None) != (self.fault is None):
-            raise ValueError("sensor and fault belong together: which sensor fails, and how?")
-        if (self.wheel is None) != (self.slip_percent is None):
-            raise ValueError("wheel and slip_percent belong together: which wheel slips, and by how much?")
         if self.speed_mm_s is not None and (self.picture is None or self.to_mm is None):
             raise ValueError("speed_mm_s is for a picture that rides to to_mm")
         if self.robot and self.to_mm is None:
             raise ValueError("robot needs to_mm: where is it put down?")
-        if self.to_mm is not None and (self.sensor is not None or self.wheel is not None):
-            raise ValueError("to_mm is not for sensors and wheels")
+        if self.to_mm is not None and (self.sensor is not None or self.wheel is not None or self.camera):
+            raise ValueError("to_mm is not for sensors, wheels and the camera")
+        return self
+
+    @model_validator(mode="after")
+    def _disturbs_its_subject(self) -> Self:
+        if self.sensor is not None and self.fault not in SENSOR_FAULTS:
+            raise ValueError(f"a sensor needs a fault: {', '.join(SENSOR_FAULTS)}")
+        if self.wheel is not None and (self.slip_percent is None) == (self.fault is None):
+            raise ValueError('a wheel needs slip_percent or fault = "unplugged"')
+        if self.wheel is not None and self.fault not in (None, "unplugged"):
+            raise ValueError("the fault of a wheel is unplugged: its motor's cable is off")
+        if self.camera and (self.yaw_deg is None) == (self.fault is None):
+            raise ValueError("the camera needs fault or yaw_deg: how does it fail, or how far is it turned?")
+        if self.camera and self.fault not in (None, *CAMERA_FAULTS):
+            raise ValueError(f"the camera's fault is one of {', '.join(CAMERA_FAULTS)}")
+        if self.fault is not None and self.sensor is None and self.wheel is None and not self.camera:
+            raise ValueError("fault is for sensors, wheels and the camera")
+        if self.slip_percent is not None and self.wheel is None:
+            raise ValueError("slip_percent is for wheels")
+        if self.yaw_deg is not None and not self.camera:
+            raise ValueError("yaw_deg is for the camera")
         return self
 
     @property

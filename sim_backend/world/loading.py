@@ -18,6 +18,9 @@ from sim_backend.world.placement import misplaced
 from sim_backend.world.toml_types import TEXTURES
 from sim_backend.world.world_file import Box, Person, Wall, WorldFile
 
+OWN_FAULTS = {"no_echo": "ultrasonic", "pressed": "touch"}
+"""Faults of one kind of sensor only."""
+
 
 def load_world(source: str | Path, *, read_images: bool = False) -> WorldFile:
     """Load the world in a file.
@@ -162,9 +165,9 @@ def _wrong_faults(world: WorldFile) -> Iterator[str]:
         if kind is None:
             ports = ", ".join(str(port) for port in sorted(kinds) if port) or "none"
             yield f"{path}.sensor: there is no sensor at port {event.sensor}; name another one (there are: {ports})"
-        elif event.fault == "no_echo" and kind != "ultrasonic":
+        elif (own := OWN_FAULTS.get(event.fault or "", kind)) != kind:
             yield (
-                f"{path}.fault: no_echo is for ultrasonic sensors; at port {event.sensor} is a {kind} sensor; "
+                f"{path}.fault: {event.fault} is for {own} sensors; at port {event.sensor} is a {kind} sensor; "
                 "take stuck, error or unplugged"
             )
         elif kind == "color":

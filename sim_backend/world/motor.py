@@ -41,6 +41,7 @@ class WheelMotor:
         free_speed: Speed without load, deg/s.
         angle: Angle of the shaft, degrees, positive when power is positive.
         pwm: Power of the last millisecond, percent.
+        plugged: Whether its cable is plugged in; without it the motor gets no power and its turns are not counted.
     """
 
     __slots__ = (
@@ -54,6 +55,7 @@ class WheelMotor:
         "_targets",
         "angle",
         "free_speed",
+        "plugged",
         "pwm",
     )
 
@@ -66,6 +68,7 @@ class WheelMotor:
         self._hold = 0.0
         self._strength, self._dead_zone, self._drag = strength, dead_zone_percent, 0.0
         self.pwm = 0
+        self.plugged = True
         self.set_battery(battery_mv)
 
     def set_battery(self, battery_mv: int) -> None:
@@ -108,6 +111,8 @@ class WheelMotor:
         Returns:
             New tacho counts, whole degrees.
         """
+        if not self.plugged:
+            pwm, brake = 0, False
         speed = self.free_speed
         self.pwm = pwm
         if pwm:
@@ -127,7 +132,7 @@ class WheelMotor:
         count = floor(angle)
         counts = count - self._count
         self._count = count
-        return counts
+        return counts if self.plugged else 0
 
     def unload(self) -> None:
         """Remove the load from the wheel."""

@@ -156,7 +156,7 @@ class World:
         """Return where the camera's lens is."""
         camera = self.file.camera
         x, y = self.robot.point_mm((camera.forward_mm, camera.right_mm))
-        heading_deg = self.robot.heading_deg + camera.yaw_deg
+        heading_deg = self.robot.heading_deg + camera.yaw_deg + self.disturbances.yaw_deg
         height_mm = camera.height_mm + (LIFTED_MM if self.robot.lifted else 0.0)
         return Viewpoint(x, y, heading_deg, height_mm, camera.tilt_deg, camera.roll_deg)
 

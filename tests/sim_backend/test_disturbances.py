@@ -1,12 +1,15 @@
-"""Events of the robot itself: sensors that fail, wheels that slip, and being lifted."""
+"""Events of the robot itself: devices that fail, wheels that slip, a turned camera, and being lifted."""
 
 from contextlib import suppress
 
+import cv2
+import numpy as np
 import pytest
 
 from nxtdrive.brick import Brick
 from nxtdrive.errors import NXTError
 from nxtdrive.transports.sim import SimTransport
+from nxtdrive.vision.frames import is_black
 from sim_backend.simulation import Simulation
 from sim_backend.world.event_tables import Event
 from sim_backend.world.loading import parse_world
@@ -87,6 +90,97 @@ def test_a_bumper_that_fails_is_never_pressed(fault):
         brick.sleep(1.0)
         assert simulation.truth.touching
         assert not bumper.pressed
+
+
+def test_a_bumper_that_sticks_stays_pressed():
+    with Brick(SimTransport(simulate(fails("pressed", sensor=1, stays_s=2)))) as brick:
+        assert not brick.touch(1).pressed
+        brick.sleep(1.2)
+        assert brick.touch(1).pressed
+        brick.sleep(2.0)
+        assert not brick.touch(1).pressed
+
+
+@pytest.mark.parametrize(
+    ("wheel", "turns"), [("left", (False, True)), ("right", (True, False)), ("both", (False, False))]
+)
+def test_a_motor_without_its_cable_neither_drives_nor_counts_until_it_is_plugged_in_again(wheel, turns):
+    unplugged = {"when": {"at_s": 1}, "wheel": wheel, "fault": "unplugged", "stays_s": 3}
+    simulation = simulate(unplugged)
+    with Brick(SimTransport(simulation)) as brick:
+        motors = [brick.motor(port) for port in "BC"]
+        drive(brick, 2.0)
+        before = [motor.angle for motor in motors]
+        assert min(before) > 100
+        pose = simulation.truth.pose
+        brick.sleep(1.0)
+        after = [motor.angle for motor in motors]
+        assert tuple(now > then + 100 for then, now in zip(before, after, strict=True)) == turns
+        assert [now == then for then, now in zip(before, after, strict=True)] == [not each for each in turns]
+        moved = simulation.truth.pose.heading_deg - pose.heading_deg
+        assert (moved > 10, moved < -10) == (turns == (True, False), turns == (False, True))
+        brick.sleep(2.0)
+        again = [motor.angle for motor in motors]
+        drive(brick, 1.0)
+        assert all(motor.angle > then + 100 for motor, then in zip(motors, again, strict=True))
+
+
+def frames(simulation, times):
+    images = []
+    for _ in range(times):
+        simulation.advance(100)
+        images.append(simulation.camera_frame())
+    return images
+
+
+def camera_fails(**event):
+    simulation = simulate({"when": {"at_s": 0.5}, "camera": True, "stays_s": 1, **event})
+    simulation.advance(300)
+    return simulation
+
+
+def test_a_stuck_camera_repeats_its_last_frame():
+    simulation = camera_fails(fault="stuck")
+    first, *_ = frames(simulation, 1)
+    simulation.advance(200)
+    simulation.world.place_robot((2000, 1000), 90)
+    stuck = frames(simulation, 3)
+    assert all(np.array_equal(image, stuck[0]) for image in stuck)
+    assert np.abs(stuck[0].astype(int) - first).mean() < 10, "the view before the robot was moved"
+    simulation.advance(1000)
+    one, other = frames(simulation, 2)
+    assert not np.array_equal(one, other)
+    assert np.abs(one.astype(int) - first).mean() > 10
+
+
+@pytest.mark.parametrize(
+    ("fault", "dark", "plain"), [("covered", True, True), ("fogged", False, True), (None, False, False)]
+)
+def test_a_covered_camera_gives_black_frames_and_a_fogged_one_no_edges(fault, dark, plain):
+    simulation = camera_fails(fault=fault) if fault else simulate()
+    simulation.advance(500)
+    image = simulation.camera_frame()
+    assert is_black(image) is dark
+    assert bool(cv2.Canny(image, 50, 150).mean() < 0.5) is plain
+    assert simulation.webcam.unplugged is dark, "geometric vision has no pixels: black frames are none"
+
+
+def test_an_unplugged_camera_gives_no_frames_until_it_is_back():
+    simulation = camera_fails(fault="unplugged")
+    assert simulation.camera_frame() is not None
+    simulation.advance(500)
+    assert simulation.camera_frame() is None
+    simulation.advance(1000)
+    assert simulation.camera_frame() is not None
+
+
+def test_a_camera_that_is_turned_looks_elsewhere():
+    simulation = camera_fails(yaw_deg=15)
+    before = simulation.world.viewpoint().heading_deg
+    simulation.advance(500)
+    assert simulation.world.viewpoint().heading_deg == pytest.approx(before + 15)
+    simulation.advance(1000)
+    assert simulation.world.viewpoint().heading_deg == pytest.approx(before)
 
 
 def drive(brick, seconds, speed_deg_s=300):
@@ -186,12 +280,20 @@ def test_an_event_can_wait_for_the_end_of_a_fault():
 @pytest.mark.parametrize(
     ("event", "complaint"),
     [
-        ({"sensor": 4}, "sensor and fault belong together"),
-        ({"wheel": "left"}, "wheel and slip_percent belong together"),
+        ({"sensor": 4}, "a sensor needs a fault: no_echo, pressed, stuck"),
+        ({"sensor": 4, "fault": "covered"}, "a sensor needs a fault"),
+        ({"wheel": "left"}, "a wheel needs slip_percent or fault"),
+        ({"wheel": "left", "slip_percent": 3, "fault": "unplugged"}, "a wheel needs slip_percent or fault"),
+        ({"wheel": "left", "fault": "stuck"}, "the fault of a wheel is unplugged"),
+        ({"camera": True}, "the camera needs fault or yaw_deg"),
+        ({"camera": True, "fault": "error"}, "fault is one of stuck, covered, fogged, unplugged"),
+        ({"camera": True, "fault": "stuck", "to_mm": (1, 1)}, "to_mm is not for"),
+        ({"sensor": 4, "fault": "stuck", "yaw_deg": 3}, "yaw_deg is for the camera"),
+        ({"sensor": 4, "fault": "stuck", "slip_percent": 3}, "slip_percent is for wheels"),
         ({"robot": True}, "robot needs to_mm"),
         ({"sensor": 4, "wheel": "left", "fault": "stuck", "slip_percent": 3}, "exactly one of person, picture, box"),
-        ({"robot": True, "to_mm": (1, 1), "fault": "stuck"}, "sensor and fault belong together"),
-        ({"wheel": "both", "slip_percent": 9, "to_mm": (1, 1)}, "to_mm is not for sensors and wheels"),
+        ({"robot": True, "to_mm": (1, 1), "fault": "stuck"}, "fault is for sensors, wheels and the camera"),
+        ({"wheel": "both", "slip_percent": 9, "to_mm": (1, 1)}, "to_mm is not for sensors, wheels"),
     ],
 )
 def test_an_incomplete_disturbance_is_refused(event, complaint):
@@ -204,6 +306,7 @@ def test_an_incomplete_disturbance_is_refused(event, complaint):
     [
         (fails("stuck", sensor=2), r"events\[0\].sensor: there is no sensor at port 2"),
         (fails("no_echo", sensor=1), "no_echo is for ultrasonic sensors; at port 1 is a touch sensor"),
+        (fails("pressed"), "pressed is for touch sensors; at port 4 is a ultrasonic sensor"),
         (fails("stuck", sensor=3), "a colour sensor cannot fail yet"),
     ],
 )

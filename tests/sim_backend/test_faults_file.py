@@ -13,6 +13,9 @@ corrupt_replies = []
 delay_replies_ms = { 4 = 500, 9 = 20 }
 silent_ms = [[1000, 1500], [3000, 3001]]
 unplugged_ms = [[20000, 23000]]
+weak_ms = [[5000, 9000]]
+weak_latency_ms = [200, 400]
+weak_loss = 0.5
 """
 
 
@@ -39,6 +42,10 @@ def test_every_kind_of_link_fault_can_be_described(faults):
     assert loaded.delay_replies_ms == {4: 500, 9: 20}
     assert [loaded.silent(now) for now in (999, 1000, 1499, 1500, 3000)] == [False, True, True, False, True]
     assert loaded.unplugged(0, 20000)
+    assert loaded.weakened(0, 4999) is None
+    drawn = [loaded.weakened(number, 5000) for number in range(200)]
+    assert all(200 <= latency_ms <= 400 for latency_ms, *_ in drawn)
+    assert 60 < sum(request_lost or reply_lost for _, request_lost, reply_lost in drawn) < 140
 
 
 def test_an_empty_file_is_a_perfect_link(faults):
@@ -66,3 +73,8 @@ def test_all_mistakes_are_reported_at_once(faults):
 def test_anything_that_is_not_a_file_of_faults_gives_one_sentence(faults, tmp_path, text, says):
     with pytest.raises(ConfigError, match=says):
         faults(text) if text else load_faults(tmp_path / "nowhere.toml")
+
+
+def test_a_range_of_round_trips_begins_with_the_shortest(faults):
+    with pytest.raises(ConfigError, match="the shortest round trip first"):
+        faults("weak_latency_ms = [900, 300]")

@@ -199,3 +199,29 @@ def test_a_damaged_reply_of_a_radio_link_keeps_its_length(simulation):
     link = SimLink(simulation, faults=LinkFaults(corrupt_replies=[0]), bluetooth=True)
     link.send(BATTERY)
     assert link.receive(100).startswith(b"\x05\x00\xfd\xf4\xff")
+
+
+def test_at_the_edge_of_its_range_a_radio_is_slow_and_loses_telegrams_but_keeps_their_order(simulation):
+    faults = LinkFaults(weak_ms=((1000, 400_000),), weak_loss=0.2)
+    link = SimLink(simulation, 2, faults)
+    link.send(BATTERY)
+    assert link.receive(100) is not None
+    simulation.advance(1000)
+    took_ms = []
+    for _ in range(100):
+        sent_ms = simulation.now_ms
+        link.send(BATTERY)
+        if link.receive(2000) is not None:
+            took_ms.append(simulation.now_ms - sent_ms)
+    assert 65 < len(took_ms) < 95
+    assert min(took_ms) >= 300
+    assert max(took_ms) <= 1500
+    assert max(took_ms) - min(took_ms) > 600
+    ask_state(link, *"ABC" * 5)
+    ports = [port_of(reply) for reply in replies_within(link, 2000)]
+    assert 8 <= len(ports) <= 15
+    simulation.advance(400_000)
+    sent_ms = simulation.now_ms
+    link.send(BATTERY)
+    assert link.receive(100) is not None
+    assert simulation.now_ms - sent_ms == 2
