@@ -265,8 +265,8 @@ class Body(Protocol):
         """Return whether the bumper is pressed; False without a sensor."""
         ...
 
-    def dead_wheels(self) -> Sequence[str]:
-        """Return which wheels, ``left`` and ``right``, have stalled several times and never turned."""
+    def dead_wheels(self) -> Mapping[str, bool]:
+        """Return which wheels, ``left`` and ``right``, do not turn when driven, and whether each has turned before."""
         ...
 
     def distrust_sonar(self, why: str) -> None:

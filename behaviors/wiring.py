@@ -165,11 +165,11 @@ class WiringCheck:
         }
         self._over = False
 
-    def check_motors(self, dead_wheels: Sequence[str]) -> None:
+    def check_motors(self, dead_wheels: Mapping[str, bool]) -> None:
         """Check that the wheels turn.
 
         Args:
-            dead_wheels: Those of ``left`` and ``right`` that have stalled several times and never turned.
+            dead_wheels: Those of ``left`` and ``right`` that do not turn, and whether each has turned before.
 
         Raises:
             WrongWiring: There are any.
@@ -180,7 +180,12 @@ class WiringCheck:
         if len(ports) > 1:
             what = f"The motors of both wheels, on ports {ports[0]} and {ports[1]}, have"
         else:
-            what = f"The {dead_wheels[0]} wheel's motor, on port {ports[0]}, has"
+            what = f"The {next(iter(dead_wheels))} wheel's motor, on port {ports[0]}, has"
+        if any(dead_wheels.values()):
+            raise WrongWiring(
+                f"{what} stopped turning. Has the motor's cable come off, at either end? "
+                "Is the wheel blocked? Plug the cable in or free the wheel, then start the mission again."
+            )
         raise WrongWiring(
             f"{what} not turned at all so far. Is the motor's cable plugged in there, at both ends? Does the wheel "
             "turn freely? If the motor is on another port, write that into [robot] as left or right."

@@ -114,8 +114,8 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.touching()
 
-    def dead_wheels(self) -> list[str]:
-        """Return which wheels, ``left`` and ``right``, have stalled several times and never turned."""
+    def dead_wheels(self) -> dict[str, bool]:
+        """Return which wheels, ``left`` and ``right``, do not turn, and whether each has turned before."""
         return self._rover.dead_wheels()
 
     def distrust_sonar(self, why: str) -> None:

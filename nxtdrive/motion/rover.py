@@ -214,9 +214,10 @@ class Rover:
                 turning = lease.drive(sign * speed / excess)
                 if not turning or abs(speed) / excess < SEEN_DEG_S:
                     stall.restart(self._link.now())
-            if stalled := [stall for stall in self._stalls if stall.stalled]:
-                for stall in stalled:
-                    stall.count()
+            if any(stall.stalled for stall in self._stalls):
+                for stall, speed in zip(self._stalls, speeds, strict=True):
+                    if stall.stalled:
+                        stall.count(forward=speed > 0)
                 self.stop()
                 return StopReason.STALLED
         return None
@@ -274,9 +275,13 @@ class Rover:
         with self._sensor_lock:
             return self._monitor.touching()
 
-    def dead_wheels(self) -> list[str]:
-        """Return which wheels, ``left`` and ``right``, never turn: see `StallDetector.dead`."""
-        return [side for side, stall in zip(("left", "right"), self._stalls, strict=True) if stall.dead]
+    def dead_wheels(self) -> dict[str, bool]:
+        """Return which wheels, ``left`` and ``right``, do not turn, and whether each has turned before.
+
+        See `nxtdrive.motion.stall.StallDetector.dead`.
+        """
+        sides = zip(("left", "right"), self._stalls, strict=True)
+        return {side: stall.has_moved for side, stall in sides if stall.dead}
 
     def use_sonar(self, *, use: bool) -> None:
         """Set whether echoes may stop the robot; without them only the bumper does."""
@@ -351,9 +356,10 @@ class Rover:
         )
         stop = yield from move.steps(angle_deg)
         if stop is StopReason.STALLED:
-            for stall, port in zip(self._stalls, self._ports, strict=True):
-                if port in turning:
-                    stall.count()
+            ratios = {wheel.port: wheel.ratio for wheel in wheels}
+            for stall, port, sign in zip(self._stalls, self._ports, self._wheels.signs, strict=True):
+                if port in ratios:
+                    stall.count(forward=sign * ratios[port] > 0)
         self._correct_heading()
         return MotionResult(stop, self._odometry.distance_mm - begin_mm, self._odometry.turned_deg - begin_deg)
 

@@ -92,8 +92,8 @@ class RandomPorts:
     def touching(self) -> bool:
         return False
 
-    def dead_wheels(self) -> list[str]:
-        return []
+    def dead_wheels(self) -> dict[str, bool]:
+        return {}
 
     def keep_alive(self) -> None:
         self._answer()

@@ -61,14 +61,35 @@ def test_a_motor_that_is_not_plugged_in_ends_the_mission(perform, mission_for, p
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
-def test_a_motor_whose_cable_is_loose_later_does_not(perform, mission_for, profile):
-    """Its wheel has turned, so something may only hold it."""
-
+@pytest.mark.parametrize(
+    ("wheel", "names"),
+    [
+        ("left", "The left wheel's motor, on port B, has stopped turning"),
+        ("right", "The right wheel's motor, on port C, has stopped turning"),
+        ("both", "The motors of both wheels, on ports B and C, have stopped turning"),
+    ],
+)
+def test_a_motor_whose_cable_comes_off_on_the_way_ends_the_mission(perform, mission_for, profile, wheel, names):
     def unplug_later(simulation: Simulation) -> None:
-        simulation.at(3000, lambda: simulation.brick.attach_motor("B", None))
+        for side in ("left", "right") if wheel == "both" else (wheel,):
+            simulation.at(4000, lambda motor=getattr(simulation.world.robot, side): setattr(motor, "plugged", False))
 
     done = perform("room", mission_for("lena", profile=profile), geometric=True, arrange=unplug_later)
-    assert done.report.ending in (Ending.GIVEN_UP, Ending.TIME_UP)
+    assert done.report.ending is Ending.WRONG_WIRING
+    assert done.report.error.startswith(names)
+    assert "Plug the cable in" in done.report.error
+    assert done.report.duration_s < (12.0 if profile == "adaptive" else 60.0)
+    assert done.simulation.truth.speed_mm_s < 1.0
+
+
+def test_a_motor_whose_cable_is_plugged_in_again_soon_does_not(perform, mission_for):
+    def unplug_briefly(simulation: Simulation) -> None:
+        motor = simulation.world.robot.left
+        simulation.at(4000, lambda: setattr(motor, "plugged", False))
+        simulation.at(5000, lambda: setattr(motor, "plugged", True))
+
+    done = perform("room", mission_for("lena", profile="adaptive"), geometric=True, arrange=unplug_briefly)
+    assert done.report.ending is Ending.ACHIEVED
 
 
 def test_a_robot_as_described_reaches_its_target(perform, mission_for):

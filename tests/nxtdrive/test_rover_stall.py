@@ -173,3 +173,55 @@ def test_standing_counts_from_when_the_wheel_was_commanded_or_last_turned():
     assert wheel.stalled
     wheel.restart(1.5)
     assert not wheel.stalled
+
+
+def held(wheel, *ways, turned_deg=0.0):
+    """Let a wheel turn by an angle, then stall once in each of these ways."""
+    wheel.update(0.0, 0.0)
+    wheel.update(1.0, turned_deg)
+    for way in ways:
+        wheel.count(forward=way == "f")
+    return wheel
+
+
+@pytest.mark.parametrize(
+    ("ways", "turned_deg", "dead"),
+    [
+        ("ff", 0, False),
+        ("fff", 0, True),
+        ("fff", 90, False),
+        ("f" * 11, 90, False),
+        ("f" * 12, 90, True),
+        ("ffb", 90, False),
+        ("fffb", 90, True),
+        ("bbff", 90, True),
+    ],
+)
+def test_a_wheel_is_dead_once_it_has_stalled_often_enough_whichever_way_it_is_driven(ways, turned_deg, dead):
+    assert held(StallDetector(), *ways, turned_deg=turned_deg).dead is dead
+
+
+def test_a_wheel_that_turns_in_between_is_not_dead():
+    wheel = held(StallDetector(), *"ffb", turned_deg=90)
+    wheel.update(2.0, 85)
+    wheel.count(forward=True)
+    assert not wheel.dead
+
+
+@LINKS
+def test_a_wheel_that_something_holds_one_way_is_not_dead_but_one_that_turns_no_way_is(lab, latency_ms):
+    room = lab(latency_ms=latency_ms)
+    motor = room.attach("B", BenchMotor())
+    rover = Rover(room.brick.link, safety=UNGUARDED)
+    assert drive_on(room, rover, 100)[0] is None
+    for _ in range(4):
+        motor.locked = True
+        assert drive_on(room, rover, 100)[0] is StopReason.STALLED
+        motor.locked = False
+        assert rover.straight(-50).stop is StopReason.DONE
+    assert rover.dead_wheels() == {}
+    motor.locked = True
+    for _ in range(2):
+        assert drive_on(room, rover, 100)[0] is StopReason.STALLED
+        assert rover.straight(-50).stop is StopReason.STALLED
+    assert rover.dead_wheels() == {"left": True}
