@@ -63,7 +63,7 @@ EVENTS = {
     Event.OBSTACLE_GONE: "The safety stop releases the robot.",
     Event.LINK_LOST: "The brick does not answer, refuses, or answers nonsense.",
     Event.LINK_BACK: "The brick answers again.",
-    Event.CAMERA_LOST: "The camera delivers no frames, or black ones.",
+    Event.CAMERA_LOST: "The camera delivers no new frames, or black ones.",
     Event.CAMERA_BACK: "The camera delivers frames again.",
     Event.SENSOR_LOST: "The safety stop has no working sensor left.",
     Event.SENSOR_BACK: "A sensor of the safety stop works again.",

@@ -211,7 +211,7 @@ class RobotUnreachable(Outage):
 
 
 class CameraLost(Outage):
-    """The camera delivers no frames, or black ones: a target that is not seen may still be there."""
+    """The camera delivers no new frames, or black ones: a target that is not seen may still be there."""
 
 
 class SensorLost(Outage):

@@ -104,6 +104,10 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.pose()
 
+    def last_pose(self) -> Pose:
+        """Return where the robot is by the latest reading of its wheels; asks nothing."""
+        return self._rover.last_pose
+
     def range_mm(self) -> float | None:
         """Return the distance ahead; None without an echo and while there is no working sonar."""
         with link_errors_as_outages():
@@ -206,7 +210,12 @@ def build_body(brick: Brick, mission: Mission) -> MissionBody:
 
 def mission_ports(brick: Brick, mission: Mission, vision: Vision) -> Ports:
     """Return what a mission works with: the robot that it describes, this vision, and the brick's clock."""
-    return Ports(build_body(brick, mission), vision, MissionClock(brick))
+    from nxtdrive.vision.target_vision import CameraVision
+
+    body = build_body(brick, mission)
+    if isinstance(vision, CameraVision):
+        vision.watch_motion(body.last_pose)
+    return Ports(body, vision, MissionClock(brick))
 
 
 def safety_sensors(robot: RobotTable) -> list[str]:

@@ -233,6 +233,11 @@ class Rover:
         self._link.motions.claim(self._ports)
         brake_all(self._leases)
 
+    @property
+    def last_pose(self) -> Pose:
+        """The pose by the latest reading of the wheels."""
+        return self._odometry.pose
+
     def pose(self) -> Pose:
         """Read the wheels and return the pose by odometry.
 
@@ -276,10 +281,7 @@ class Rover:
             return self._monitor.touching()
 
     def dead_wheels(self) -> dict[str, bool]:
-        """Return which wheels, ``left`` and ``right``, do not turn, and whether each has turned before.
-
-        See `nxtdrive.motion.stall.StallDetector.dead`.
-        """
+        """Return which wheels, ``left`` and ``right``, do not turn (`StallDetector.dead`), and whether each once has."""
         sides = zip(("left", "right"), self._stalls, strict=True)
         return {side: stall.has_moved for side, stall in sides if stall.dead}
 

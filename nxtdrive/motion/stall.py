@@ -11,8 +11,8 @@ STALL_DEG = 2.0
 DEAD_STALLS = 3
 """A wheel that has stalled this often and never turned will not turn: its motor is not connected, or it is blocked."""
 LOST_STALLS = 4
-"""So will one that has stalled this often since it last turned, forwards and backwards: the cable came off. A wheel that
-something holds turns a little one way or the other."""
+"""So will one that has stalled this often since it last turned, forwards and backwards: the cable came off. A wheel
+that something holds turns a little one way or the other."""
 LOST_ONE_WAY_STALLS = 12
 """So will one that has stalled this often since it last turned, always the same way: some programs drive it no other
 way."""

@@ -36,7 +36,7 @@ PARTIAL_VIEWS = {
 """What was measured of a target that is in view, though not well enough; it counts as lost too."""
 OUTAGES = {
     "link": "the link to the brick is lost",
-    "camera": "the camera delivers no frames, or black ones",
+    "camera": "the camera delivers no new frames, or black ones",
     "sensor": "no sensor is left that could stop the robot",
 }
 """Why a mission is suspended, by the part that failed."""

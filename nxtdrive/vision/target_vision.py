@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.ports import CameraLost, Clock, FloorRay, Glimpse, Sighting
+from behaviors.ports import CameraLost, Clock, FloorRay, Glimpse, Pose, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
+from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, ReplayCamera, frame_number, next_tick
 from nxtdrive.vision.confirmation import Confirmation
 from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
@@ -19,6 +19,7 @@ from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.frames import is_black
 from nxtdrive.vision.free_floor import FreeFloorDetector
+from nxtdrive.vision.frozen import FrozenFrames
 from nxtdrive.vision.geometry import Pinhole
 
 READ_TIMEOUT_S = 3.0
@@ -26,13 +27,14 @@ READ_TIMEOUT_S = 3.0
 GLANCE_TIMEOUT_S = 0.5
 """Longest wait of a glance for a frame; even in poor light a webcam gives five a second."""
 BLACK = "the camera's frames are black. Open its shutter or take its cap off, and switch the light on."
+FROZEN = "the camera hangs: it repeats the same frame while the robot moves. Pull its plug out and put it in again."
 
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
 
 
 class NoFrame(CameraError, CameraLost):
-    """No frame arrived in time, or it is black."""
+    """No frame arrived in time, or it is black, or the same as before while the robot moves."""
 
 
 class NoMoreFrames(NoFrame):
@@ -69,17 +71,27 @@ class CameraVision:
         self._shapes = {name: Shape() for name in targets}
         self._floor = FreeFloorDetector()
         self._frame: Frame | None = None
+        self._frozen: FrozenFrames | None = None
         self._observers: list[OnLook] = []
 
     def on_look(self, observer: OnLook) -> None:
         """Call `observer` after each look, in the looking thread."""
         self._observers.append(observer)
 
+    def watch_motion(self, pose: Callable[[], Pose]) -> None:
+        """Take a camera that repeats its frame while the robot moves for one without frames; not a recording.
+
+        Args:
+            pose: Returns the robot's pose by the latest reading of its wheels.
+        """
+        if not isinstance(self._camera, ReplayCamera):
+            self._frozen = FrozenFrames(pose, self._latency_s)
+
     def look(self, target: str) -> Sighting | None:
         """Return the sighting of `target` if it is confirmed in the next new frame.
 
         Raises:
-            NoFrame: No frame came within `READ_TIMEOUT_S`, or it is black.
+            NoFrame: No frame came within `READ_TIMEOUT_S`, it is black, or the camera repeats it.
             ConfigError: There is no target of this name.
         """
         return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
@@ -88,7 +100,7 @@ class CameraVision:
         """Return which of the targets are confirmed in the next new frame.
 
         Raises:
-            NoFrame: No frame came within `GLANCE_TIMEOUT_S`, or it is black.
+            NoFrame: No frame came within `GLANCE_TIMEOUT_S`, it is black, or the camera repeats it.
             ConfigError: There is no target of one of the names.
         """
         return self._look_for(targets, GLANCE_TIMEOUT_S)
@@ -116,6 +128,8 @@ class CameraVision:
             raise NoFrame(str(error)) from error
         if is_black(frame.image):
             raise NoFrame(BLACK)
+        if self._frozen is not None and self._frozen.repeats(frame):
+            raise NoFrame(FROZEN)
         self._frame = frame
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.events import Event, Reason
+from behaviors.events import Event as ChartEvent
+from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 from sim_backend.simulation import Simulation
+from sim_backend.world.event_tables import Event
 
 CAMERA_LOOKS_BACK = {"left": "C", "right": "B", "left_reversed": True, "right_reversed": True}
 
@@ -34,7 +36,7 @@ def test_a_wrong_wiring_ends_the_mission(perform, mission_for, robot, keys, with
     assert done.report.duration_s < within_s
     assert keys in done.report.error.replace("right_reversed = false, left_reversed", "left_reversed")
     assert done.simulation.truth.speed_mm_s < 1.0
-    trip = done.of(RecordKind.TRANSITION, event=Event.TRIP)[-1]
+    trip = done.of(RecordKind.TRANSITION, event=ChartEvent.TRIP)[-1]
     assert trip.data["reason"] == Reason.WRONG_WIRING
 
 
@@ -71,8 +73,8 @@ def test_a_motor_that_is_not_plugged_in_ends_the_mission(perform, mission_for, p
 )
 def test_a_motor_whose_cable_comes_off_on_the_way_ends_the_mission(perform, mission_for, profile, wheel, names):
     def unplug_later(simulation: Simulation) -> None:
-        for side in ("left", "right") if wheel == "both" else (wheel,):
-            simulation.at(4000, lambda motor=getattr(simulation.world.robot, side): setattr(motor, "plugged", False))
+        unplugged = Event(name="it", when={"at_s": 0}, wheel=wheel, fault="unplugged")
+        simulation.at(4000, lambda: simulation.world.perform(unplugged, None))
 
     done = perform("room", mission_for("lena", profile=profile), geometric=True, arrange=unplug_later)
     assert done.report.ending is Ending.WRONG_WIRING
@@ -84,9 +86,8 @@ def test_a_motor_whose_cable_comes_off_on_the_way_ends_the_mission(perform, miss
 
 def test_a_motor_whose_cable_is_plugged_in_again_soon_does_not(perform, mission_for):
     def unplug_briefly(simulation: Simulation) -> None:
-        motor = simulation.world.robot.left
-        simulation.at(4000, lambda: setattr(motor, "plugged", False))
-        simulation.at(5000, lambda: setattr(motor, "plugged", True))
+        unplugged = Event(name="it", when={"at_s": 0}, wheel="left", fault="unplugged")
+        simulation.at(4000, lambda: simulation.world.perform(unplugged, 1000))
 
     done = perform("room", mission_for("lena", profile="adaptive"), geometric=True, arrange=unplug_briefly)
     assert done.report.ending is Ending.ACHIEVED
