@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
 from nxtdrive.link.link import Link
-from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
+from nxtdrive.motion.bumper_trust import BumperTrust
+from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth, SensorStuck
 from nxtdrive.ports import in_range
 from nxtdrive.sensors import Touch, Ultrasonic
 
@@ -87,6 +88,7 @@ class ObstacleMonitor:
         self._echo: Echo | None = None
         self._started: Echo | None = None
         self._bumper_turn = self._pressed = False
+        self._bumper_trust = BumperTrust()
         self.sonar_health = SensorHealth("sonar", link)
         self.bumper_health = SensorHealth("bumper", link)
         self.uses_sonar = True
@@ -111,17 +113,25 @@ class ObstacleMonitor:
         self._echo, self._started = Echo(sonar.distance_mm, started_s, pose), None
         return self._echo.distance_mm
 
-    def touching(self) -> bool:
-        """Return whether the bumper is pressed; False without one."""
+    def touching(self, pose: Pose) -> bool:
+        """Return whether the bumper is pressed; False without one, and if it fails or sticks with a listener."""
         bumper = self._bumper
-        self._pressed = bumper is not None and self.bumper_health.read(lambda: bumper.pressed, False)
+        self._pressed = bumper is not None and self.bumper_health.read(lambda: self._feel(bumper, pose), False)
         return self._pressed
+
+    def _feel(self, bumper: Touch, pose: Pose) -> bool:
+        pressed = bumper.pressed
+        if self._bumper_trust.sticks(pressed, pose) and self.bumper_health.listener is not None:
+            raise SensorStuck(
+                "it stays pressed when the robot backs off.", remedy="Does something jam it, or is its cable damaged?"
+            )
+        return pressed
 
     def check_start(self, pose: Pose) -> StopReason | None:
         """Read both sensors before a motion; return the reason not to begin it, or None."""
         if not self._settings.enabled:
             return None
-        if self.touching():
+        if self.touching(pose):
             return StopReason.CONTACT
         if self.uses_sonar and (self._echo is None or self._link.now() - self._echo.time_s > FRESH_S):
             self.range_mm(pose)
@@ -147,7 +157,7 @@ class ObstacleMonitor:
             sonar = self._sonar if self.uses_sonar and not self.sonar_health.lost else None
             self._bumper_turn = self._pressed or sonar is None or (self._bumper is not None and not self._bumper_turn)
             if sonar is None or self._bumper_turn:
-                self.touching()
+                self.touching(pose)
             else:
                 self._poll_sonar(sonar, pose)
         return StopReason.CONTACT if self._pressed else self._stop_reason(pose)

@@ -278,10 +278,10 @@ class Rover:
     def touching(self) -> bool:
         """Return whether the bumper is pressed; False without one."""
         with self._sensor_lock:
-            return self._monitor.touching()
+            return self._monitor.touching(self._odometry.pose)
 
     def dead_wheels(self) -> dict[str, bool]:
-        """Return which wheels, ``left`` and ``right``, do not turn (`StallDetector.dead`), and whether each once has."""
+        """Return which wheels, left and right, do not turn (`StallDetector.dead`), and whether each once has."""
         sides = zip(("left", "right"), self._stalls, strict=True)
         return {side: stall.has_moved for side, stall in sides if stall.dead}
 

@@ -12,7 +12,12 @@ from nxtdrive.link.link import Link
 
 T = TypeVar("T")
 
-SENSOR_ERRORS = (BrickError, SensorTimeout)
+
+class SensorStuck(NXTError):
+    """What a sensor reports cannot be."""
+
+
+SENSOR_ERRORS = (BrickError, SensorTimeout, SensorStuck)
 """Errors of a sensor at a brick that answers."""
 FAILURES = 3
 """A sensor that fails this many times in a row is left out."""
