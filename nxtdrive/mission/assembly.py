@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 WatchFrames = Callable[[Callable[["Frame"], None]], None]
 """Registers a function to be called with the camera's frames."""
+HINTS = "hints"
+"""Name of the hints as an observer, and in the summary."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +173,8 @@ class MissionRun:
         Returns:
             The report, with hints and arrivals.
         """
-        self.observers.add("hints", self._review)
+        self.observers.add(HINTS, self._review)
+        self.on_look(self.observers.guarded(HINTS, lambda frame, *_: self._review.see(frame)))
         brick, review = self.robot.brick, self._review
         try:
             with interruptible(brick.link, self._pause.check if self._pause else None):
@@ -211,6 +214,6 @@ class MissionRun:
             "nxt": self.robot.address,
             "camera": self.robot.source,
             "arrivals": self._review.run.arrivals,
-            "hints": self._review.hints,
+            HINTS: self._review.hints,
             **self.observers.summary(),
         }

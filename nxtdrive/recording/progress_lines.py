@@ -110,6 +110,21 @@ def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
     return lines
 
 
+def equipment_lines(records: Sequence[Record]) -> list[tuple[float, str]]:
+    """Return what `nxtdrive run` printed about parts of the robot that failed or worked again, and when."""
+    lines: list[tuple[float, str]] = []
+    progress = ProgressLines(lambda _: None)
+    for record in records:
+        if record.kind is RecordKind.SENSOR or _is_outage(record):
+            with suppress(*UNKNOWN_FORM):
+                lines += [(record.time_s, line) for line in progress.lines(record)]
+    return lines
+
+
+def _is_outage(record: Record) -> bool:
+    return record.kind is RecordKind.TRANSITION and record.data.get("to") in ("down", "up")
+
+
 def _where(sighting: Mapping[str, float] | None) -> str:
     if sighting is None:
         return ""

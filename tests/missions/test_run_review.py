@@ -16,8 +16,10 @@ from nxtdrive.brick import open_brick
 from nxtdrive.mission.review.reviewed_run import ReviewedRun
 from nxtdrive.mission.review.run_review import RunReview
 from nxtdrive.mission.truth import truth_of
+from nxtdrive.vision.camera import Frame
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.simulation import Simulation
+from sim_backend.world.event_tables import Event as DisturbingEvent
 
 WITH_SHEET = """
 floor = { size_mm = [3000, 3000] }
@@ -421,3 +423,64 @@ def test_a_target_called_like_another_subject_of_a_hint_keeps_its_own_hint(missi
         any("Nothing in sight looked like motors" in hint for hint in review.hints),
         any("`nxtdrive calibrate motors` finds out" in hint for hint in review.hints),
     ] == [True, True]
+
+
+ROUND_AND_ON = [(0.0, 0.0, 60.0 * number) for number in range(6)] + [(200.0, 300.0, 360.0)]
+"""Poses of a robot that turns round and drives on."""
+
+
+def _looks(review: RunReview, poses, ranges_mm) -> list[str]:
+    """Let a robot look from these poses, with these echoes; return the hints about its sonar or camera."""
+    for pose, range_mm in zip(poses, ranges_mm, strict=False):
+        data = {"pose": list(pose), "range_mm": range_mm, "sighting": None}
+        review(Record(1.0, RecordKind.LOOK, "search", "lena", data))
+    return [hint for hint in review.hints if "sonar" in hint or "camera" in hint]
+
+
+@pytest.fixture(name="review")
+def _review(mission_for):
+    return RunReview(ReviewedRun(mission_for("lena"), None), lambda _: None)
+
+
+@pytest.mark.parametrize(
+    ("poses", "ranges_mm", "says"),
+    [
+        (ROUND_AND_ON, [None] * 7, "received no echo"),
+        (ROUND_AND_ON * 2, [1230.0] * 14, "measured 1230 mm all the time"),
+        (ROUND_AND_ON, [None] * 6 + [900.0], ""),
+        (ROUND_AND_ON, [1230.0, 1240.0] * 4, ""),
+        (ROUND_AND_ON[:6], [None] * 6, ""),
+        ([(100.0 * number, 0.0, 10.0) for number in range(20)], [None] * 20, ""),
+    ],
+)
+def test_a_sonar_that_measures_nothing_wherever_the_robot_looks_is_mentioned_once(review, poses, ranges_mm, says):
+    hints = _looks(review, poses, ranges_mm)
+    assert len(hints) == bool(says)
+    assert all(says in hint and "nxtdrive sensor watch 4 ultrasonic" in hint for hint in hints)
+
+
+def test_a_sonar_that_has_failed_was_reported_as_such(review):
+    review(Record(0.0, RecordKind.SENSOR, "search", "lena", {"sensor": "sonar", "answers": False, "error": "gone"}))
+    assert not _looks(review, ROUND_AND_ON, [None] * 7)
+
+
+@pytest.mark.parametrize(("fault", "hints"), [("fogged", 1), (None, 0)])
+def test_a_lens_that_is_fogged_wherever_the_robot_looks_is_mentioned_once(review, fault, hints):
+    simulation = Simulation("room")
+    if fault:
+        simulation.world.perform(DisturbingEvent(name="it", when={"at_s": 0}, camera=True, fault=fault), None)
+    for number, pose in enumerate(ROUND_AND_ON * 2):
+        simulation.world.place_robot((500 + pose[0], 1400 + pose[1]), pose[2])
+        simulation.advance(1000)
+        review.see(Frame(simulation.camera_frame(), float(number), number))
+        _looks(review, [pose], [float(number)])
+    assert len([hint for hint in review.hints if "Wipe its lens" in hint]) == hints
+
+
+def test_a_link_that_is_lost_again_and_again_is_mentioned_once(review):
+    data = {"source": "up", "to": "down", "event": Event.LINK_LOST, "reason": Reason.LINK_LOST, "evidence": {}}
+    said = []
+    for _ in range(5):
+        review(Record(0.0, RecordKind.TRANSITION, "suspended", "lena", data))
+        said.append(len([hint for hint in review.hints if "out of reach 3 times" in hint]))
+    assert said == [0, 0, 1, 1, 1]

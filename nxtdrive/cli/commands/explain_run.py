@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Explain why a robot did what it did: for each decision of a run what had failed,
 what was known, the alternatives and their cost, what was chosen and why, and the
-outcome; at the end, the run's hints at what to check or change. With --profile,
-also say what its policy would have chosen there."""
+outcome; before them the parts of the robot that failed, and at the end the run's
+hints at what to check or change. With --profile, also say what its policy would
+have chosen there."""
 EXAMPLES = """\
   nxtdrive explain-run runs/lena-then-rilakkuma-001
   nxtdrive explain-run runs/lena-then-rilakkuma-001 --profile thesis
@@ -51,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _plain(explanation: Explanation) -> dict[str, Any]:
     """Return the explanation as plain values."""
+    from nxtdrive.recording.progress_lines import equipment_lines
+
     run = explanation.run
     return {
         "journal": str(run.path),
@@ -62,6 +65,7 @@ def _plain(explanation: Explanation) -> dict[str, Any]:
         "ending": run.end.data.get("ending") if run.end else None,
         "duration_s": run.records[-1].time_s,
         "damaged_lines": list(run.damaged),
+        "equipment": [{"t": time_s, "what": what} for time_s, what in equipment_lines(run.records)],
         "hints": list(run.hints),
         "decisions": [
             {

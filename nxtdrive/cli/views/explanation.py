@@ -14,8 +14,11 @@ from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import CandidateTable, known_lines
 from nxtdrive.recording.decisions import Decision, DecisionResult, StateSpan, same
 from nxtdrive.recording.explanation import ExplainedDecision, Explanation
+from nxtdrive.recording.progress_lines import equipment_lines
 from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
 
+SHOWN = 8
+"""Largest number of lines about parts that failed or worked again."""
 LEFT = {"left": "left for now", "gave_up": "given up"}
 RULE = (
     "the thesis's rule: recognised but not reached, wait; not recognised, move off; searched again too often, leave it"
@@ -36,6 +39,8 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
     """
     console = console or make_console()
     for line in _head(explanation, console.width):
+        console.print(line)
+    for line in _equipment(explanation):
         console.print(line)
     if not explanation.decisions:
         console.print("The journal contains no decision: no attempt had failed.")
@@ -71,6 +76,14 @@ def _head(explanation: Explanation, width: int) -> list[Text]:
     if cell_len(title) > width:
         title = "\n".join(map(printable, parts))
     return [Text(title, style="bold"), *(Text(note, style="yellow") for note in notes)]
+
+
+def _equipment(explanation: Explanation) -> list[Text]:
+    lines = equipment_lines(explanation.run.records)
+    texts = [f"{time_s:.1f} s  {what}" for time_s, what in lines[:SHOWN]]
+    if len(lines) > SHOWN:
+        texts.append(f"and so on: {len(lines)} such lines in all")
+    return [Text(printable(text), style="yellow") for text in texts]
 
 
 def _body(each: ExplainedDecision, explanation: Explanation) -> Table:

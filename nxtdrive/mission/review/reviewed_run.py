@@ -59,6 +59,7 @@ class ReviewedRun:
         seen: The targets that were seen.
         look: Data of the last look; empty before the first.
         weak_battery: Whether the battery was found to be weak.
+        link_losses: How often the link was lost.
         stops: For each target, the distances at which the robot was stopped although the target looked farther away.
     """
 
@@ -72,6 +73,7 @@ class ReviewedRun:
     seen: set[str] = field(default_factory=set, init=False)
     look: Mapping[str, Any] = field(default_factory=dict, init=False)
     weak_battery: bool = field(default=False, init=False)
+    link_losses: int = field(default=0, init=False)
     stops: dict[str, list[Distances]] = field(default_factory=lambda: defaultdict(list), init=False)
     _lookalikes: dict[str, list[str]] = field(default_factory=dict, init=False)
 

@@ -6,16 +6,22 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from behaviors.journal import Record, RecordKind
-from nxtdrive.mission.review import build, recognition, sizes
+from nxtdrive.mission.review import build, equipment, recognition, sizes
 from nxtdrive.mission.review.reviewed_run import Hints, ReviewedRun, Transition
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
+    from nxtdrive.vision.camera import Frame
 
 Check = Callable[[ReviewedRun, Transition], Hints]
 
 AT_ARRIVAL: Sequence[Check] = (recognition.something_else, sizes.size_at_arrival, sizes.scale)
-AT_OTHER_TRANSITIONS: Sequence[Check] = (sizes.range_mismatch, recognition.never_seen, build.ports)
+AT_OTHER_TRANSITIONS: Sequence[Check] = (
+    sizes.range_mismatch,
+    recognition.never_seen,
+    equipment.weak_link,
+    build.ports,
+)
 GIVEN_UP = ("given_up", "time_up")
 """Endings of a mission that had time to reach its targets."""
 
@@ -35,17 +41,26 @@ class RunReview:
     def __init__(self, run: ReviewedRun, say: Callable[[str], None]) -> None:
         self.hints: list[str] = []
         self.run, self._say, self._reported = run, say, set[str]()
+        self._sonar, self._lens = equipment.DeafSonar(run.mission.robot.ultrasonic), equipment.FoggedLens()
 
     def compare_brick(self, brick: Brick) -> None:
         """Give a hint if the mission or its robot file describes another robot."""
         self._give(build.another_build(self.run))
         self._give(build.another_brick(self.run, brick))
 
+    def see(self, frame: Frame) -> None:
+        """Learn from a frame that the robot looks at."""
+        self._lens.see(frame)
+
     def __call__(self, record: Record) -> None:
         """Learn from a record."""
         match record.kind:
             case RecordKind.LOOK:
                 self.run.learn_look(record)
+                self._give(self._sonar.look(self.run.look))
+                self._give(self._lens.look(self.run.look))
+            case RecordKind.SENSOR:
+                self._sonar.changed(record.data)
             case RecordKind.CALL:
                 self._give(build.weak_battery(self.run, record.data.get("battery_mv")))
             case RecordKind.TRANSITION:

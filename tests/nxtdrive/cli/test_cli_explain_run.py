@@ -158,6 +158,29 @@ def test_without_a_mission_that_can_be_read_the_profile_is_not_known(runs, expla
     assert "thesis would have chosen differently in" in explained(tmp_path, "--profile", "thesis")
 
 
+def test_parts_that_failed_are_reported_before_the_decisions(explained, tmp_path):
+    journal = tmp_path / "journal.jsonl"
+    lines = ['{"t": 0.0, "kind": "start", "state": "idle", "target": "lena", "mission": "m"}']
+    common = '"state": "search", "target": "lena"'
+    lost = '"kind": "transition", "source": "up", "to": "down", "event": "camera_lost", "reason": "camera_lost"'
+    lines.append(f'{{"t": 2.0, {lost}, {common}, "evidence": {{"error": "the camera hangs."}}}}')
+    for number in range(10):
+        answers = json.dumps(number % 2 == 1)
+        sensor = f'"kind": "sensor", "sensor": "bumper", "answers": {answers}, "error": "it sticks"'
+        lines.append(f'{{"t": {3.0 + number}, {sensor}, {common}}}')
+    journal.write_text("\n".join(lines) + "\n")
+    shown = explained(journal)
+    assert "2.0 s  the camera hangs." in shown
+    assert "3.0 s  continuing without the bumper: it sticks" in shown
+    assert "and so on: 11 such lines in all" in shown
+    told = explained(journal, "--json")["equipment"]
+    assert told[:2] == [
+        {"t": 2.0, "what": "the camera hangs."},
+        {"t": 3.0, "what": "continuing without the bumper: it sticks"},
+    ]
+    assert len(told) == 11
+
+
 def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path):
     journal = (runs["thesis"] / "journal.jsonl").read_bytes()
     cut = tmp_path / "journal.jsonl"
