@@ -23,6 +23,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
+from sim_backend.world.world_file import WorldFile
 
 SAMPLE_MS = 50
 
@@ -66,7 +67,7 @@ class Performance:
 
 
 def perform(
-    world: str,
+    world: str | WorldFile,
     mission: Mission,
     *,
     geometric: bool = False,
