@@ -383,6 +383,15 @@ def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_
     assert "nxtdrive motor turn B 360 --nxt ADDRESS" in hint
 
 
+def test_after_an_approach_with_a_pressed_bumper_the_bumper_is_asked_for_instead(mission_for):
+    review = RunReview(ReviewedRun(mission_for("lena"), None), lambda _: None)
+    data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.APPROACH_TIMEOUT}
+    review(Record(60.0, RecordKind.TRANSITION, "select", "lena", {**data, "evidence": {"touching": True}}))
+    [hint] = review.hints
+    assert "bumper on port 1 sticks" in hint
+    assert "nxtdrive sensor watch 1 touch --nxt ADDRESS" in hint
+
+
 @pytest.mark.parametrize(
     ("robot", "calibrated", "simulated", "asked"),
     [
@@ -456,7 +465,7 @@ def _review(mission_for):
 def test_a_sonar_that_measures_nothing_wherever_the_robot_looks_is_mentioned_once(review, poses, ranges_mm, says):
     hints = _looks(review, poses, ranges_mm)
     assert len(hints) == bool(says)
-    assert all(says in hint and "nxtdrive sensor watch 4 ultrasonic" in hint for hint in hints)
+    assert all(says in hint and "nxtdrive sensor watch 4 --nxt ADDRESS" in hint for hint in hints)
 
 
 def test_a_sonar_that_has_failed_was_reported_as_such(review):

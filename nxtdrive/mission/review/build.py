@@ -62,8 +62,19 @@ def weak_battery(run: ReviewedRun, battery_mv: Value) -> Hints:
 
 
 def ports(run: ReviewedRun, transition: Transition) -> Hints:
-    """Ask for the ports after a long approach: a robot one wheel of which stands still goes round in circles."""
-    if transition.reason == Reason.APPROACH_TIMEOUT:
+    """Ask for the ports after a long approach: a robot one wheel of which stands still goes round in circles.
+
+    One whose bumper is pressed stands.
+    """
+    if transition.reason == Reason.APPROACH_TIMEOUT and transition.evidence.get("touching"):
+        port = run.mission.robot.touch
+        text = (
+            f"{transition.target}: the robot did not arrive because its bumper was pressed. If nothing touched it, the "
+            f"bumper on port {port} sticks: `nxtdrive sensor watch {port} touch --nxt ADDRESS` shows whether it is "
+            "released."
+        )
+        yield transition.target, text
+    elif transition.reason == Reason.APPROACH_TIMEOUT:
         left, right = run.mission.robot.left, run.mission.robot.right
         text = (
             f"{transition.target}: the robot drove to it for a long time and did not arrive. If it went round in "
