@@ -12,9 +12,11 @@ from operator import itemgetter
 from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded
+from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded, shifted
+from sim_backend.firmware.radio_line import LOST_MS, STARTS_AGAIN_MS, UNENDING_MS, Held, Line
 from sim_backend.firmware.radio_operation import SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Operation
 from sim_backend.firmware.radio_tables import RadioTables
+from sim_backend.firmware.settled import Settled
 
 DEFAULT_NAME = b"NXT"
 
@@ -22,6 +24,9 @@ _ADDRESS_SIZE = 6
 
 RING = 128
 """Size of the ring buffer of what the radio sends."""
+
+_OF_THE_RADIO = (Part.MESSAGE, Part.ON, Part.STORED_NAME)
+"""Changes that come although the firmware does not recognise an answer."""
 
 _PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
 """Place of the radio's next byte after a boot, which its answers to the firmware determine."""
@@ -36,6 +41,13 @@ class Radio:
     Attributes:
         own_address: Six bytes.
         address: The firmware's copy of the address.
+        name: The brick's name: 16 bytes, zero-padded.
+        stored_name: The name that other devices see and that is kept without power: 16 bytes, zero-padded.
+        state: The state that the user interface shows: a `RadioState`, or what was written to its map.
+        resetting: 1 while the radio starts again after a reset, or what was written to its map.
+        link_state: State of the radio in the Comm map: its bits 0 and 1 are set once the radio was on.
+        ring_place: Bytes that the radio has sent since the boot: where its next one is stored, modulo `RING`.
+        line: What brings the radio's answers, and other bytes; None if nothing else comes.
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         tables: The tables of the Comm map; set by the brick.
@@ -44,10 +56,15 @@ class Radio:
         sends_reply: Whether a long reply is being sent, in which no operation begins; set by the brick.
     """
 
+    name, stored_name = Settled[bytes](), Settled[bytes]()
+    state, resetting, link_state = Settled[int](), Settled[int](), Settled[int]()
+    ring_place = Settled[int]()
+
     on_plan: Callable[[], None]
     tables: RadioTables
     inbox: memoryview
     sends_reply: Callable[[], bool]
+    line: Line | None = None
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         if len(name) >= NAME_SIZE or len(address) != _ADDRESS_SIZE:
@@ -65,6 +82,7 @@ class Radio:
         self._operation: Operation | None = None
         self._is_lost = self._is_silent = self.sending = False
         self._ring_place = _PLACE_AFTER_BOOT
+        self._held: Held | None = None
 
     @property
     def streaming(self) -> bool:
@@ -73,8 +91,9 @@ class Radio:
 
     @streaming.setter
     def streaming(self, streaming: bool) -> None:
-        self._settle()
+        self.settle()
         self._is_streaming = streaming
+        self._is_lost |= self._held is not None and self._busy_until_ms < UNENDING_MS
         if self._clock.now_ms < self._busy_from_ms:  # it is over when the mode has changed
             self._busy_until_ms, self._operation = 0, None
         operation = self._operation
@@ -90,7 +109,7 @@ class Radio:
     @property
     def is_on(self) -> bool:
         """Whether the radio is on; otherwise there is no stream."""
-        self._settle()
+        self.settle()
         return self._on
 
     @property
@@ -100,70 +119,13 @@ class Radio:
 
     @property
     def awaits_lost_answer(self) -> bool:
-        """Whether the firmware waits for the answer to a command that stream mode has lost."""
+        """Whether the firmware waits for an answer that stream mode or other bytes have lost."""
         return self.operating and self._is_lost
-
-    @property
-    def name(self) -> bytes:
-        """The brick's name: 16 bytes, zero-padded."""
-        self._settle()
-        return self._name
-
-    @name.setter
-    def name(self, name: bytes) -> None:
-        self._settle()
-        self._name = name
-
-    @property
-    def stored_name(self) -> bytes:
-        """The name that other devices see and that is kept without power: 16 bytes, zero-padded."""
-        self._settle()
-        return self._stored_name
-
-    @property
-    def state(self) -> int:
-        """The state that the user interface shows: a `RadioState`, or what was written to its map."""
-        self._settle()
-        return self._state
-
-    @state.setter
-    def state(self, state: int) -> None:
-        self._state = state
-
-    @property
-    def resetting(self) -> int:
-        """1 while the radio starts again after a reset, or what was written to its map."""
-        self._settle()
-        return self._resetting
-
-    @resetting.setter
-    def resetting(self, resetting: int) -> None:
-        self._resetting = resetting
-
-    @property
-    def link_state(self) -> int:
-        """State of the radio in the Comm map: its bits 0 and 1 are set once the radio was on."""
-        self._settle()
-        return self._link_state
-
-    @link_state.setter
-    def link_state(self, link_state: int) -> None:
-        self._link_state = link_state
-
-    @property
-    def ring_place(self) -> int:
-        """Bytes that the radio has sent since the boot: where its next one is stored, modulo `RING`."""
-        self._settle()
-        return self._ring_place
-
-    @ring_place.setter
-    def ring_place(self, place: int) -> None:
-        self._ring_place = place
 
     @property
     def received(self) -> bytes:
         """The receive buffer of the Comm map."""
-        self._settle()
+        self.settle()
         return bytes(self.inbox[: BLUETOOTH.buffer])
 
     @property
@@ -173,7 +135,7 @@ class Radio:
 
     def follow(self, until_ms: int) -> bool:
         """Update the state that the user interface shows; return whether the status bar is to be redrawn."""
-        self._settle(until_ms)
+        self.settle(until_ms)
         self.shown_state = self._state
         redraws, self._redraws = self._redraws, False
         return redraws
@@ -187,6 +149,11 @@ class Radio:
     def operating(self) -> bool:
         """Whether an operation is running."""
         return self._busy_from_ms <= self._clock.now_ms < self._busy_until_ms
+
+    @property
+    def awaits_answers(self) -> bool:
+        """Whether an operation is running, or ends in this pass."""
+        return self._busy_from_ms <= self._clock.now_ms <= self._busy_until_ms
 
     @property
     def seems_busy(self) -> bool:
@@ -208,10 +175,15 @@ class Radio:
         """Show the last answers of the boot in the receive buffer."""
         self.inbox[:NAME_SIZE] = bytes(NAME_SIZE)
         for answer in (answers.name_answer(self._stored_name), answers.IS_ON if self._on else answers.IS_OFF):
-            self.inbox[: len(answer)] = answer
+            self._enter(answer)
+
+    def _enter(self, message: bytes) -> None:
+        """Leave a message in the receive buffer."""
+        self.inbox[: len(message)] = answers.received(message)
 
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
+        self.settle()
         self.name, self._redraws = padded(name), True
         at_ms, woken = (4, []) if self._on else (158, answers.woken(154))
         self._occupy(at_ms, *woken, *answers.renamed(at_ms, self._name), late_ms=1, stream_lasts_ms=3)
@@ -223,7 +195,7 @@ class Radio:
             on: Whether to switch it on.
             lead_ms: How much earlier the command reaches the radio than that of a telegram.
         """
-        self._settle()
+        self.settle()
         if self.busy or (on and not self.shows_off):
             return False
         if on:
@@ -246,7 +218,7 @@ class Radio:
 
     def begin(self, duration_ms: int, *changes: Change) -> bool:
         """Begin another operation; False if the radio is busy."""
-        self._settle()
+        self.settle()
         if self.busy:
             return False
         self._occupy(duration_ms, *changes, answer_ms=3)
@@ -254,7 +226,7 @@ class Radio:
 
     def disconnect(self) -> bool:
         """End all connections, as before the power goes off, which takes longer if the radio is off; False if busy."""
-        self._settle()
+        self.settle()
         if self.seems_busy:
             return False
         duration = self._disconnects_ms(3)
@@ -267,7 +239,7 @@ class Radio:
 
     def end_sending(self) -> None:
         """At the end of a program that has sent something, end a stream in the second pass after this one."""
-        self._settle()
+        self.settle()
         if self.sending and not self.busy:
             self._occupy(self._disconnects_ms(1), answer_ms=5, lead_ms=-2, stream_lasts_ms=0)
             self._is_silent = not self._on
@@ -286,7 +258,7 @@ class Radio:
 
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
-        self._settle()
+        self.settle()
         off = self.shows_off
         wait, woken = (154, answers.woken(154)) if off else (0, [])
         on_ms = 168 + wait
@@ -301,16 +273,38 @@ class Radio:
             ends_ms=5 + wait,
         )
 
-    def overwrite(self, at_ms: int, message: bytes) -> None:
-        """Leave a message that is not an answer in the receive buffer, with its length, at a time."""
-        self._settle()
-        self._changes = sorted([*self._changes, Change(at_ms, Part.MESSAGE, message)], key=itemgetter(0))
+    def hear(self, at_ms: int, message: bytes) -> None:
+        """Take a message from the line: the answer for which an operation waits, or another; then it waits for ever."""
+        held = self._held if at_ms < self._busy_until_ms else None
+        if held is None or message != held.answer.value:
+            self._add(Change(at_ms, Part.MESSAGE, message))
+            self._busy_until_ms += UNENDING_MS if held else 0
+            return
+        self._held, late_ms = None, at_ms - held.answer.at_ms
+        self._busy_until_ms = held.busy_until_ms + late_ms
+        self._add(Change(at_ms, Part.MESSAGE, message), *shifted(held.changes, late_ms))
+        self.on_plan()
+
+    def _add(self, *changes: Change) -> None:
+        self._changes = sorted([*self._changes, *changes], key=itemgetter(0))
+
+    def _divert(self, answer: Change) -> None:
+        """Let an answer wait behind other bytes on the line, and the operation for the answer."""
+        changes = [change for change in self._changes if change.part not in _OF_THE_RADIO]
+        self._changes = [change for change in self._changes if change.part in _OF_THE_RADIO]
+        if answer.value == answers.WOKEN:
+            self._add(*shifted((answer._replace(part=Part.FRESH_LINE), answer, *changes), STARTS_AGAIN_MS))
+            self._busy_until_ms += STARTS_AGAIN_MS
+        else:
+            self._held = Held(answer, changes, self._busy_until_ms)
+            self._busy_until_ms = answer.at_ms + LOST_MS
+        self.on_plan()
 
     def postpone(self, passes: int) -> None:
         """Delay the effects of an operation: the radio does not run for the next passes."""
-        self._settle()
+        self.settle()
         self._busy_until_ms += passes
-        self._changes = [change._replace(at_ms=change.at_ms + passes) for change in self._changes]
+        self._changes = shifted(self._changes, passes)
         self.on_plan()
         if self._operation is not None:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
@@ -333,8 +327,8 @@ class Radio:
         self._operation = operation = Operation(
             began_ms, answer_ms, late_ms, duration_ms, tuple(in_order), stream_lasts_ms
         )
-        self._is_silent = False
-        self._waited, self._is_lost = self._is_streaming, False
+        self._is_silent = self._is_lost = False
+        self._waited, self._held = self._is_streaming, None
         self.on_plan()
         if self._is_streaming:
             self._hold()
@@ -367,16 +361,19 @@ class Radio:
         self._busy_until_ms = began_ms + operation.duration_ms + late_ms
         self.on_plan()
 
-    def _settle(self, until_ms: int | None = None) -> None:
+    def settle(self, until_ms: int | None = None) -> None:
         """Make the changes whose time has come."""
         until_ms = self._clock.now_ms if until_ms is None else until_ms
         while self._changes and self._changes[0].at_ms <= until_ms:
-            match self._changes.pop(0):
+            match change := self._changes.pop(0):
+                case at_ms, Part.ANSWER, bytes(answer) if answer and self.line and self.line.is_obstructed(at_ms):
+                    self._divert(change)
+                    self.line.append(at_ms, answer)
                 case _, Part.ANSWER, bytes(answer):
-                    self.inbox[: len(answer)] = answer
+                    self._enter(answer)
                     self._ring_place += len(answer)
                 case _, Part.MESSAGE, bytes(message):
-                    self.inbox[: len(message)] = message
+                    self._enter(message)
                 case _, Part.NAME, bytes(name):
                     self._name = name[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
                 case _, Part.STORED_NAME, bytes(name):
@@ -396,5 +393,7 @@ class Radio:
                     self._resetting = resetting
                 case _, Part.REDRAWS, _:
                     self._redraws = True
-                case _, Part.TABLES, change if callable(change):
-                    change()
+                case at_ms, Part.FRESH_LINE, _ if self.line:
+                    self.line.clear(at_ms)
+                case _, Part.TABLES, call if callable(call):
+                    call()

@@ -31,6 +31,8 @@ class Part(Enum):
     RESETTING = auto()
     REDRAWS = auto()
     """The status bar."""
+    FRESH_LINE = auto()
+    """Incomplete messages, which are dropped."""
     TABLES = auto()
     """By a call."""
 
@@ -47,6 +49,11 @@ class Change(NamedTuple):
     at_ms: int
     part: Part
     value: int | bytes | Callable[[], object] = True
+
+
+def shifted(changes: Sequence[Change], passes: int) -> list[Change]:
+    """Return changes that many passes later."""
+    return [change._replace(at_ms=change.at_ms + passes) for change in changes]
 
 
 class RadioState(IntEnum):
@@ -66,20 +73,26 @@ STATES, CLEARED = 0x07, 0x06
 """Bits of the radio's own state, and those that its start clears; when it is switched off all bits are lost."""
 
 
-def _answer(kind: int, content: bytes = b"") -> bytes:
-    """Return an answer: its length, its number, which the firmware clears, content, and what makes their sum 0."""
-    return bytes((len(content) + 3, 0)) + content + (-kind - sum(content) & 0xFFFF).to_bytes(2, "big")
+def _answer(number: int, content: bytes = b"") -> bytes:
+    """Return an answer: its length, its number, content, and what makes their sum 0."""
+    answer = bytes((len(content) + 3, number)) + content
+    return answer + (-sum(answer) & 0xFFFF).to_bytes(2, "big")
 
 
-_RENAMED, SWITCHED_OFF, _RESTORED = _answer(0x26, b"\0"), _answer(0x36, b"\x50"), _answer(0x2A, b"\0")
-IS_ON, IS_OFF = _answer(0x20, b"\1\0"), _answer(0x36, b"\1\0")
+def received(message: bytes) -> bytes:
+    """Return a message as it enters the receive buffer: the firmware clears its number."""
+    return message[:1] + bytes(len(message[1:2])) + message[2:]
+
+
+_RENAMED, SWITCHED_OFF, _RESTORED = _answer(0x22, b"\0"), _answer(0x32, b"\x50"), _answer(0x26, b"\0")
+IS_ON, IS_OFF = _answer(0x1B, b"\1\0"), _answer(0x31, b"\1\0")
 """The last answers of a boot."""
 
-_SEARCHES, _FOUND_NONE = _answer(0x11), _answer(0x13)
-_VISIBILITY_SET = _answer(0x24, b"\1")
+_SEARCHES, _FOUND_NONE = _answer(0x0E), _answer(0x10)
+_VISIBILITY_SET = _answer(0x20, b"\1")
 
-_WOKEN, _LISTED, _VERSION = _answer(0x17), _answer(0x1C), _answer(0x35, b"\0\1")
-_RESTARTED, _VISIBLE = _answer(0x36, b"\0\0"), _answer(0x31, b"\1")
+WOKEN, _LISTED, _VERSION = _answer(0x14), _answer(0x19), _answer(0x30, b"\0\1")
+_RESTARTED, _VISIBLE = _answer(0x31, b"\0\0"), _answer(0x2D, b"\1")
 END_MS = 2
 """How long it takes to end a connection."""
 _ON_MS = 7
@@ -93,7 +106,7 @@ def padded(name: bytes) -> bytes:
 
 def name_answer(name: bytes) -> bytes:
     """Return the answer with the radio's name, 16 bytes."""
-    return _answer(0x3F, name)
+    return _answer(0x2C, name)
 
 
 def visibility(visible: bool) -> Sequence[Change]:
@@ -109,7 +122,7 @@ def search(begin: Callable[[], object]) -> Sequence[Change]:
 
 def removed(remove: Callable[[], object]) -> Sequence[Change]:
     """Return the changes of the command to remove a device, which a call removes from the table."""
-    return Change(3, Part.ANSWER, _answer(0x1B, b"\x53")), Change(2, Part.TABLES, remove)
+    return Change(3, Part.ANSWER, _answer(0x17, b"\x53")), Change(2, Part.TABLES, remove)
 
 
 def after_ends(
@@ -128,7 +141,7 @@ def after_ends(
         end: Removes one from the table.
         each_ms: By how much each one delays what follows.
     """
-    delayed = [change._replace(at_ms=change.at_ms + each_ms * len(handles)) for change in changes]
+    delayed = shifted(changes, each_ms * len(handles))
     for place, handle in enumerate(handles):
         delayed += disconnected(ends_ms + each_ms * place, handle, partial(end, handle))
     return delayed
@@ -136,7 +149,7 @@ def after_ends(
 
 def disconnected(at_ms: int, handle: int, end: Callable[[], object]) -> Sequence[Change]:
     """Return the changes of the end of a connection, which a call removes from the table."""
-    answer = Change(at_ms, Part.ANSWER, _answer(0x1F, bytes((1, handle))))
+    answer = Change(at_ms, Part.ANSWER, _answer(0x1A, bytes((1, handle))))
     return answer, Change(at_ms, Part.TABLES, end), Change(at_ms, Part.REDRAWS)
 
 
@@ -158,14 +171,15 @@ def restored(at_ms: int, name: bytes) -> Sequence[Change]:
 
 def woken(at_ms: int) -> list[Change]:
     """Return the changes of the answer that follows the radio's power-on."""
-    return [Change(at_ms, Part.ANSWER, _WOKEN), Change(at_ms, Part.REDRAWS)]
+    return [Change(at_ms, Part.ANSWER, WOKEN), Change(at_ms, Part.REDRAWS)]
 
 
 def started(at_ms: int, name: bytes, address: bytes, *, on_ms: int, last_ms: int, reset: bool) -> list[Change]:
     """Return the changes of a start of the radio, whose first answer comes at `at_ms`."""
-    answers = {3: _answer(0x32, address + b"\0"), 4: name_answer(name), 5: _LISTED, 6: _VERSION}
+    answers = {3: _answer(0x28, address + b"\0"), 4: name_answer(name), 5: _LISTED, 6: _VERSION}
     return [
         *woken(at_ms),
+        Change(at_ms + 2, Part.FRESH_LINE),
         *(Change(at_ms + delay, Part.ANSWER, answer) for delay, answer in answers.items()),
         Change(at_ms + 4, Part.NAME, name),
         Change(at_ms + 4, Part.REDRAWS),

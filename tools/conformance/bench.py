@@ -339,7 +339,11 @@ class Bench:
         radio, replies, passes = self._radio, b"", 0
         complete = radio.send(bytes.fromhex("".join(stream)))
         while passes < complete + _REPLY_TIMEOUT_MS and (
-            radio.ends or radio.sending or passes < complete or (radio.waiting and not radio.incomplete)
+            radio.ends
+            or radio.sending
+            or radio.awaits_answers
+            or passes < complete
+            or (radio.waiting and not radio.incomplete)
         ):
             replies += radio.take()
             self.brick.tick()

@@ -34,10 +34,16 @@ class RadioStream:
         self._brick = brick
         self.waiting = b""
         self._taken = self._partial = b""
-        self._message_rest = 0
+        self._message_rest, self._read_ms, self._sent_ms = 0, -1, -1
         self._is_stream = self._was_full = self._at_end = self._is_blocked = False
         self._end_ms: int | None = None
         self._left_ms = 0
+        brick.radio.line = self
+
+    @property
+    def awaits_answers(self) -> bool:
+        """Whether bytes are messages, and the radio's answers to a command are among those that come."""
+        return not self.is_stream and self._brick.radio.awaits_answers
 
     @property
     def ends(self) -> bool:
@@ -61,11 +67,12 @@ class RadioStream:
 
     def send(self, data: bytes) -> int:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
+        self._brick.radio.settle(self._brick.now_ms - 1)
+        self.waiting, self._sent_ms = self.waiting + data, self._brick.now_ms
         if self._brick.radio.awaits_lost_answer:
             self._end_ms = self._brick.now_ms
         else:
             self.note_command()
-        self.waiting += data
         complete, self._partial = _split(self._partial + data)
         self._was_full = len(self.waiting) + self._at_end > RING
         return complete
@@ -107,29 +114,49 @@ class RadioStream:
     def take(self) -> bytes:
         """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
         if not self.is_stream:
-            self._take_message()
+            self._take_message(self._brick.now_ms)
             return b""
         continues = self.sending
         reply = self._take()
         return reply + self._brick.bluetooth.next_piece() if continues else reply
 
-    def _take_message(self) -> None:
-        """Read a message, or a piece of one, into the receive buffer; the firmware clears the number in it.
+    def is_obstructed(self, at_ms: int) -> bool:
+        """Return whether bytes of other messages come before an answer of that time."""
+        return bool(self.waiting or self._message_rest) or self._is_blocked or at_ms <= self._read_ms
+
+    def append(self, at_ms: int, answer: bytes) -> None:
+        """Bring an answer after these bytes, which are then read if no others wait."""
+        is_alone, at_ms = not self.waiting, max(at_ms, self._read_ms + 1)
+        self.waiting += answer
+        while is_alone and self.waiting and not self._is_blocked:
+            self._take_message(at_ms)
+            at_ms += 1
+
+    def clear(self, before_ms: int) -> None:
+        """Drop all bytes of incomplete messages that came before a time."""
+        if self._sent_ms < before_ms:
+            self.waiting = self._taken = b""
+            self._message_rest, self._is_blocked = 0, False
+
+    def _take_message(self, at_ms: int) -> None:
+        """Read a message, or a piece of one, in the pass at a time; the firmware clears the number in it.
 
         Nothing is read after a message whose length is 0.
         """
+        radio = self._brick.radio
+        place = radio.ring_place
         if self._is_blocked or not self.waiting:
             return
         if not self._message_rest:
             self._taken, self._message_rest, self._is_blocked = b"", self.waiting[0] + 1, not self.waiting[0]
-        radio = self._brick.radio
-        count = min(self._message_rest, RING - radio.ring_place % RING, BLUETOOTH.buffer - len(self._taken))
+        count = min(self._message_rest, RING - place % RING, BLUETOOTH.buffer - len(self._taken))
         piece, self.waiting = self.waiting[:count], self.waiting[count:]
         self._taken += piece
-        radio.ring_place += len(piece)
+        radio.ring_place = place + len(piece)
         self._message_rest -= len(piece)
+        self._read_ms = at_ms
         if not (self._is_blocked or (self._message_rest and len(self._taken) < BLUETOOTH.buffer)):
-            radio.overwrite(self._brick.now_ms, self._taken[:1] + b"\0" + self._taken[2:])
+            radio.hear(at_ms, self._taken)
             self._taken = b""
 
     def _take(self) -> bytes:

@@ -95,10 +95,11 @@ class ColorPort:
             self.calibration = tuple(factor for row in device.calibration for factor in row)
             self.limits = tuple(device.limits)
 
-    def begin_calibration(self) -> None:
-        """Begin to read the calibration."""
+    def begin_calibration(self, delay: int = 0) -> None:
+        """Begin to read the calibration, so many passes later."""
         self.state = CALIBRATING
         self.begin_reading()
+        self._rest = delay
 
     def begin_reading(self) -> None:
         """Begin with the first step, in any state."""
@@ -134,22 +135,28 @@ class ColorPort:
         self.calibration, self.limits = values[: len(self.calibration)], values[len(self.calibration) :]
         return place == _CALIBRATION.size - 1
 
+    def read_nothing(self, mode: int) -> Color:
+        """Take the values of a sensor that does not answer; they name black."""
+        self._scale((0, 0, 0, 0), mode)
+        return Color.BLACK
+
     def measure(self, device: ColorDevice, mode: int) -> Color:
         """Light the lamps in turn and name the colour."""
         self.readings = red, green, blue, blank = tuple(device.lit(lamp) for lamp in (RED, GREEN, BLUE, BLANK))
         row = device.calibration[sum(blank < limit for limit in device.limits)]
         lit = (max(0, reading - blank) for reading in (red, green, blue))
-        before = self.normalized
-        self.normalized = tuple(
-            value * factor >> _FACTOR_BITS for value, factor in zip((*lit, background(blank)), row, strict=True)
-        )
+        values = zip((*lit, background(blank)), row, strict=True)
+        self._scale(tuple(value * factor >> _FACTOR_BITS for value, factor in values), mode)
+        return name_color(*self.normalized)
+
+    def _scale(self, normalized: tuple[int, ...], mode: int) -> None:
+        before, self.normalized = self.normalized, normalized
         slope, level = mode & SLOPE_BITS, LEVEL.get(mode & MODE_BITS)
         self.booleans = tuple(boolean(new, slope, old) for new, old in zip(self.normalized, before, strict=True))
         if level is not None:
             self.scaled = tuple(map(level, self.normalized))
         else:
             self.scaled = self.booleans if mode & MODE_BITS == SensorMode.BOOLEAN else (0, 0, 0, 0)
-        return name_color(*self.normalized)
 
 
 def background(reading: int) -> int:

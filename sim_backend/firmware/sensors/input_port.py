@@ -37,6 +37,9 @@ SETTLING_COLOR = 400
 
 EXIT_RAW = 50
 
+_AGAIN = 2
+"""Pass in which the reading of a calibration begins that the map said was over."""
+
 
 class AnalogSensor(Protocol):
     """A sensor on the converter of an input port."""
@@ -197,12 +200,25 @@ class InputPort:
             fails = self._step()
             if fails and not absent:
                 self.settling = SETTLING_COLOR
+        elif color.state != OFF:
+            self._read_absent_color(absent=absent)
         if self.type == COLOR_EXIT:
             self.type = SensorType.NONE if absent else COLOR_EXIT  # the exit starts again: it never ends
         elif absent:
             color.state = OFF
         elif color.state == OFF:
             color.begin_calibration()
+
+    def _read_absent_color(self, *, absent: bool) -> None:
+        """Read a missing sensor whose calibration the map says was read; a low converter value looks like a sensor."""
+        if self.type != SensorType.COLOR_FULL:
+            self.raw = 0
+            if not absent and self.pins.level(0):
+                self.color.begin_calibration(_AGAIN)
+            elif not absent:
+                self._scale(background(self.raw))
+        elif not absent:
+            self.scaled = self.color.read_nothing(self.mode)
 
     def _step(self) -> bool:
         """Do a step of reading a calibration, which begins with a clock; return whether the reading fails."""
