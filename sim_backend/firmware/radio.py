@@ -151,11 +151,6 @@ class Radio:
         return self._busy_from_ms <= self._clock.now_ms < self._busy_until_ms
 
     @property
-    def awaits_answers(self) -> bool:
-        """Whether an operation is running, or ends in this pass."""
-        return self._busy_from_ms <= self._clock.now_ms <= self._busy_until_ms
-
-    @property
     def seems_busy(self) -> bool:
         """The same for the user interface, which runs before the radio in a pass."""
         return self._busy(self._clock.now_ms - 1)
@@ -255,6 +250,11 @@ class Radio:
         if operation is None or self._busy_until_ms < inf or self._clock.now_ms < operation.began_ms - 1:
             return inf
         return operation.began_ms + operation.stream_lasts_ms
+
+    @property
+    def leaves_ms(self) -> float:
+        """When the firmware leaves stream mode, at the earliest, after a command that waits for that."""
+        return self._operation.leaves_ms if self._operation and self._waited else 0
 
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""

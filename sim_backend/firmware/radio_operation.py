@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 from sim_backend.firmware.radio_answers import Change
@@ -9,6 +10,8 @@ from sim_backend.firmware.radio_answers import Change
 STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
 
+_LEAVES_MS = 97
+"""From the last telegram that counts to the pass in which the firmware leaves stream mode."""
 
 TIME_OUT_MS = 494
 """Additional time for which the firmware waits for an answer that does not arrive."""
@@ -41,3 +44,8 @@ class Operation(NamedTuple):
         """The pass from which on stream mode no longer holds it up: that of its first answer, if it has one."""
         first_ms = self.changes[0].at_ms if self.changes else 0
         return self.began_ms + min(STREAM_ENDS_MS, STREAM_ENDS_MS - self.answer_ms + first_ms)
+
+    @property
+    def leaves_ms(self) -> float:
+        """When the firmware leaves stream mode if the radio has left it before; 0 if it stays in it."""
+        return self.began_ms + _LEAVES_MS + self.stream_lasts_ms if self.stream_lasts_ms < inf else 0

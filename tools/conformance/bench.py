@@ -108,6 +108,7 @@ class Bench:
         data = bytes.fromhex(request)
         replies, self._late = self._late, []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
+            self._radio.follow()
             if self._radio.waiting or self._radio.sending:
                 self._radio.take()
             packet = data[start : start + USB_TELEGRAM_LIMIT]

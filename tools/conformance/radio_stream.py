@@ -35,7 +35,7 @@ class RadioStream:
         self.waiting = b""
         self._taken = self._partial = b""
         self._message_rest, self._read_ms, self._sent_ms = 0, -1, -1
-        self._is_stream = self._was_full = self._at_end = self._is_blocked = False
+        self._stays = self._is_stream = self._was_full = self._at_end = self._is_blocked = False
         self._end_ms: int | None = None
         self._left_ms = 0
         brick.radio.line = self
@@ -43,7 +43,7 @@ class RadioStream:
     @property
     def awaits_answers(self) -> bool:
         """Whether bytes are messages, and the radio's answers to a command are among those that come."""
-        return not self.is_stream and self._brick.radio.awaits_answers
+        return not self.is_stream and self._brick.radio.seems_busy
 
     @property
     def ends(self) -> bool:
@@ -90,13 +90,25 @@ class RadioStream:
         self._partial = b""
         if stream == self._is_stream:
             return
-        self._taken, self._message_rest, self._is_blocked = b"", 0, False
         self._is_stream = self._brick.radio.streaming = stream
+        self._stays = not stream
         if not stream:
             self._left_ms = self._brick.now_ms
-            self._brick.bluetooth.forget_length()
-        elif self._left_ms < self._brick.now_ms and self._brick.radio.stream_ends_ms == inf:
+            self.follow()
+            return
+        self._drop_message()
+        if self._left_ms < self._brick.now_ms and self._brick.radio.stream_ends_ms == inf:
             self._end_ms = None
+
+    def follow(self) -> None:
+        """Leave stream mode when it is time: a command that waits for that keeps the firmware in it."""
+        if self._stays and self._brick.now_ms >= self._brick.radio.leaves_ms:
+            self._stays = False
+            self._drop_message()
+            self._brick.bluetooth.forget_length()
+
+    def _drop_message(self) -> None:
+        self._taken, self._message_rest, self._is_blocked = b"", 0, False
 
     def postpone(self, passes: int) -> None:
         """Delay what the radio brings: it stands still for the next passes of the firmware."""
@@ -113,7 +125,8 @@ class RadioStream:
 
     def take(self) -> bytes:
         """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
-        if not self.is_stream:
+        self.follow()
+        if not (self.is_stream or self._stays):
             self._take_message(self._brick.now_ms)
             return b""
         continues = self.sending
@@ -135,8 +148,8 @@ class RadioStream:
     def clear(self, before_ms: int) -> None:
         """Drop all bytes of incomplete messages that came before a time."""
         if self._sent_ms < before_ms:
-            self.waiting = self._taken = b""
-            self._message_rest, self._is_blocked = 0, False
+            self.waiting = b""
+            self._drop_message()
 
     def _take_message(self, at_ms: int) -> None:
         """Read a message, or a piece of one, in the pass at a time; the firmware clears the number in it.

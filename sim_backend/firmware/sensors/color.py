@@ -76,7 +76,7 @@ class ColorPort:
         limits: Limits of the sensor.
         readings: Converter values.
         normalized: Readings after background subtraction and calibration.
-        scaled: Values in the port's mode; counting modes do not apply to single colours and give 0.
+        scaled: Values in the port's mode; other counting modes than that of transitions leave them as they are.
         booleans: Values by the port's slope.
     """
 
@@ -151,12 +151,16 @@ class ColorPort:
 
     def _scale(self, normalized: tuple[int, ...], mode: int) -> None:
         before, self.normalized = self.normalized, normalized
-        slope, level = mode & SLOPE_BITS, LEVEL.get(mode & MODE_BITS)
-        self.booleans = tuple(boolean(new, slope, old) for new, old in zip(self.normalized, before, strict=True))
-        if level is not None:
-            self.scaled = tuple(map(level, self.normalized))
-        else:
-            self.scaled = self.booleans if mode & MODE_BITS == SensorMode.BOOLEAN else (0, 0, 0, 0)
+        were, slope = self.booleans, mode & SLOPE_BITS
+        self.booleans = tuple(boolean(new, slope, old) for new, old in zip(normalized, before, strict=True))
+        mode &= MODE_BITS
+        if level := LEVEL.get(mode):
+            self.scaled = tuple(map(level, normalized))
+        elif mode == SensorMode.BOOLEAN:
+            self.scaled = self.booleans
+        elif mode == SensorMode.TRANSITION_COUNT:
+            changes = zip(self.scaled, were, self.booleans, strict=True)
+            self.scaled = tuple(count + (now != was) for count, was, now in changes)
 
 
 def background(reading: int) -> int:
