@@ -303,7 +303,7 @@ class Radio:
     def postpone(self, passes: int) -> None:
         """Delay the effects of an operation: the radio does not run for the next passes."""
         self.settle()
-        self._busy_until_ms += passes
+        self._busy_until_ms += 0 if self._held else passes
         self._changes = shifted(self._changes, passes)
         self.on_plan()
         if self._operation is not None:

@@ -69,7 +69,7 @@ class RadioStream:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
         self._brick.radio.settle(self._brick.now_ms - 1)
         self.waiting, self._sent_ms = self.waiting + data, self._brick.now_ms
-        if self._brick.radio.awaits_lost_answer:
+        if self._brick.radio.awaits_lost_answer and not self._is_blocked:
             self._end_ms = self._brick.now_ms
         else:
             self.note_command()
@@ -96,7 +96,9 @@ class RadioStream:
             self._left_ms = self._brick.now_ms
             self.follow()
             return
+        blocked = self._is_blocked and self._brick.radio.operating
         self._drop_message()
+        self._is_blocked = blocked
         if self._left_ms < self._brick.now_ms and self._brick.radio.stream_ends_ms == inf:
             self._end_ms = None
 
@@ -135,7 +137,8 @@ class RadioStream:
 
     def is_obstructed(self, at_ms: int) -> bool:
         """Return whether bytes of other messages come before an answer of that time."""
-        return bool(self.waiting or self._message_rest) or self._is_blocked or at_ms <= self._read_ms
+        is_other = bool(self.waiting or self._message_rest) or self._is_blocked or at_ms <= self._read_ms
+        return is_other and not self._is_stream
 
     def append(self, at_ms: int, answer: bytes) -> None:
         """Bring an answer after these bytes, which are then read if no others wait."""
@@ -154,7 +157,7 @@ class RadioStream:
     def _take_message(self, at_ms: int) -> None:
         """Read a message, or a piece of one, in the pass at a time; the firmware clears the number in it.
 
-        Nothing is read after a message whose length is 0.
+        Nothing is read after a message whose length is 0, in stream mode as long as a command waits for its answer.
         """
         radio = self._brick.radio
         place = radio.ring_place
@@ -174,6 +177,9 @@ class RadioStream:
 
     def _take(self) -> bytes:
         """Read as much as the firmware does in one pass, and return the reply to a telegram that is complete then."""
+        self._is_blocked = self._is_blocked and self._brick.radio.seems_busy
+        if self._is_blocked:
+            return b""
         if self._at_end and self.waiting:
             self._at_end = False
             return b""
