@@ -353,7 +353,7 @@ class Radio:
         began_ms, place = operation.began_ms + shift_ms, self.ring_place
         changes: list[Change] = []
         for at_ms, part, value in operation.changes:
-            if isinstance(value, bytes) and part is Part.ANSWER:
+            if part is Part.ANSWER:
                 began_ms += place % RING + len(value) > RING  # the firmware reads up to the end of the ring in a pass
                 place += len(value)
             changes.append(Change(began_ms + at_ms + (0 if part is Part.STORED_NAME else late_ms), part, value))
@@ -366,34 +366,34 @@ class Radio:
         until_ms = self._clock.now_ms if until_ms is None else until_ms
         while self._changes and self._changes[0].at_ms <= until_ms:
             match change := self._changes.pop(0):
-                case at_ms, Part.ANSWER, bytes(answer) if answer and self.line and self.line.is_obstructed(at_ms):
+                case at_ms, Part.ANSWER, answer if answer and self.line and self.line.is_obstructed(at_ms):
                     self._divert(change)
                     self.line.append(at_ms, answer)
-                case _, Part.ANSWER, bytes(answer):
+                case _, Part.ANSWER, answer:
                     self._enter(answer)
                     self._ring_place += len(answer)
-                case _, Part.MESSAGE, bytes(message):
+                case _, Part.MESSAGE, message:
                     self._enter(message)
-                case _, Part.NAME, bytes(name):
+                case _, Part.NAME, name:
                     self._name = name[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
-                case _, Part.STORED_NAME, bytes(name):
+                case _, Part.STORED_NAME, name:
                     self._stored_name = name
                 case _, Part.ON, on:
                     self._on = bool(on)
-                case _, Part.STATE, int(state):
+                case _, Part.STATE, state:
                     self._state = state if state == RadioState.OFF else self._state & ~answers.CLEARED | state
                 case _, Part.VISIBLE, visible:
                     self._state, self._link_state = (
                         self._state & ~1 | bool(visible),
                         self._link_state & ~1 | bool(visible),
                     )
-                case _, Part.LINK_STATE, int(bits):
+                case _, Part.LINK_STATE, bits:
                     self._link_state |= bits
-                case _, Part.RESETTING, int(resetting):
+                case _, Part.RESETTING, resetting:
                     self._resetting = resetting
                 case _, Part.REDRAWS, _:
                     self._redraws = True
                 case at_ms, Part.FRESH_LINE, _ if self.line:
                     self.line.clear(at_ms)
-                case _, Part.TABLES, call if callable(call):
+                case _, Part.TABLES, call:
                     call()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from enum import Enum, IntEnum, auto
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 NAME_SIZE = 16
 """Bytes of the name field; at most 15 count."""
@@ -43,12 +43,12 @@ class Change(NamedTuple):
     Attributes:
         at_ms: When it happens: from the command, and once it is planned, the time itself.
         part: What changes.
-        value: What becomes of it.
+        value: What becomes of it: a number, bytes, or a call, by the part.
     """
 
     at_ms: int
     part: Part
-    value: int | bytes | Callable[[], object] = True
+    value: Any = True
 
 
 def shifted(changes: Sequence[Change], passes: int) -> list[Change]:
