@@ -50,6 +50,8 @@ COLORS = "colors"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
 SHEET_ROOM, COLORS_ROOM, RULER_ROOM = "calibration", "colors", "empty"
 """Rooms of sim://: one with a sheet, one for colours, and one where the robot can drive a metre ahead."""
+SPACE_BYTES = 16_000
+"""Free space that is asked for: a robot file and the copy of the one before have some kilobytes."""
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
     "Is it one metre in front of the sheet, with free floor all around?"
@@ -107,8 +109,8 @@ def run(args: argparse.Namespace) -> int:
 
     path = args.robot or default_robot_file() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
-    with writing(path), tempfile.TemporaryFile(dir=path.parent):
-        pass  # refused before the robot drives for minutes, if nothing can be written there
+    with writing(path), tempfile.TemporaryFile(dir=path.parent) as trial:
+        trial.write(bytes(SPACE_BYTES))  # refused before the robot drives for minutes, if nothing can be written there
     colors = what == [COLORS]
     room = COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM
     address = in_room(Address.parse(args.nxt), room)
@@ -124,11 +126,16 @@ def run(args: argparse.Namespace) -> int:
     except CalibrationRefused as refusal:
         write_error(f"{refusal} {path} was {'left as it is' if os.path.lexists(path) else 'not written'}.")
         return NOT_ACHIEVED
+    _report(outcome, path, as_json=args.json)  # first, so that nothing is lost if it cannot be written
     with writing(path):
         copy = write_robot_file(path, outcome.file)
-    _report(outcome, path, as_json=args.json)
-    if copy is not None and not args.json:
-        write_line(f"The file as it was before is {copy}; copy it to {path} to undo this.")
+    if not args.json:
+        file = shlex.quote(str(path))
+        write_line(
+            f"Written to {path}. Missions use it with --robot {file}, or with NXT_ROBOT={file} in the environment."
+        )
+        if copy is not None:
+            write_line(f"The file as it was before is {copy}; copy it to {path} to undo this.")
     return DONE
 
 
@@ -242,8 +249,6 @@ def _report(outcome: CalibrationResult, path: Path, *, as_json: bool) -> None:
         before_px, after_px = outcome.misfit_px
         frames = f"({outcome.views} frames)"
         write_line(f"Markers were missed by {before_px:.1f} px before, and by {after_px:.1f} px now {frames}.")
-    file = shlex.quote(str(path))
-    write_line(f"Written to {path}. Missions use it with --robot {file}, or with NXT_ROBOT={file} in the environment.")
 
 
 def _short(value: object) -> str:

@@ -69,6 +69,25 @@ def test_a_file_that_cannot_be_written_is_a_sentence(folder, capsys, command):
     assert [path.suffix for path in left] in ([], [".nxttrace"], [".jsonl"])
 
 
+def test_a_full_disk_is_noticed_before_a_robot_is_calibrated(folder, capsys):
+    with _small_files(3):
+        assert main(["calibrate", "motors"]) == USAGE
+    said = capsys.readouterr()
+    assert "robot.toml cannot be written" in said.err
+    assert "turning each wheel" not in said.out + said.err
+
+
+def test_what_was_measured_is_shown_even_if_the_robot_file_cannot_be_written(folder, capsys, mocker):
+    mocker.patch(
+        "nxtdrive.tools.calibrate.verdict.write_robot_file", side_effect=OSError(28, "No space left on device")
+    )
+    assert main(["calibrate", "motors"]) == USAGE
+    said = capsys.readouterr()
+    assert "motors.dead_zone_percent" in said.out
+    assert "Written" not in said.out
+    assert "robot.toml cannot be written (No space left on device)" in said.err
+
+
 @pytest.mark.parametrize("command", WRITERS.values(), ids=WRITERS.keys())
 def test_a_folder_that_is_not_there_is_a_sentence(folder, capsys, command):
     if command[0] == "sweep":
