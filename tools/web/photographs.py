@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from itertools import count
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import cv2
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict
 
 from behaviors.mission.targets import Height
 from firmware_protocol.errors import ConfigError
@@ -28,6 +29,14 @@ KEPT = 20
 MIN_OVERLAP = 0.5
 """The detector must find the box again where it was drawn: intersection over union."""
 BOM = "\ufeff"
+NAME = re.compile(r"\w[\w -]{0,39}")
+"""Of a target that is added."""
+
+
+def _check_name(name: str) -> str:
+    if not NAME.fullmatch(name):
+        raise ValueError("must be 1 to 40 letters, digits, spaces, - and _, and begin with a letter or a digit")
+    return name
 
 
 class NewTarget(BaseModel):
@@ -44,7 +53,7 @@ class NewTarget(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     text: str
-    name: Annotated[str, Field(pattern=r"^\w[\w -]{0,39}$")]
+    name: Annotated[str, AfterValidator(_check_name)]
     height_mm: Height
     picture: int
     box: Box

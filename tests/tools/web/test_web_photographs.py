@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 
 import cv2
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from nxtdrive.mission.checking import check_mission
 from nxtdrive.mission.files import PICTURES
+from nxtdrive.tools.web.messages import read
 from nxtdrive.tools.web.photographs import KEPT, NewTarget, Photographs
 
 BOX = (100, 60, 90, 120)
@@ -123,8 +126,8 @@ def test_a_box_that_the_detector_does_not_find_again_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["", "../x", "a/b", "a.b", "-", "x" * 41, 'a"b', "a\nb", " a"])
 def test_other_names_are_refused(name):
-    with pytest.raises(ValueError, match="name"):
-        _target(name=name)
+    with pytest.raises(ValueError, match="name: must be 1 to 40 letters, digits, spaces"):
+        read(TypeAdapter(NewTarget), json.dumps(_target().model_dump() | {"name": name}))
 
 
 def test_pictures_are_kept_for_a_while_and_a_camera_may_have_given_none(tmp_path, frame):
