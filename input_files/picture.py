@@ -18,7 +18,7 @@ from input_files.plain import MEGABYTE, InputFileError, read_bytes, refuse_empty
 
 MAX_BYTES = 64 * MEGABYTE
 MAX_PIXELS = 64_000_000
-"""Decoding takes 3 bytes for each."""
+"""Decoding takes 3 bytes for each, and 10 to 14 where some are transparent."""
 MAX_SIDE = 16_000
 """Longest side of a picture: OpenCV transforms no image with one of 32,767, and some are enlarged."""
 KEPT_PIXELS = 16_000_000
@@ -83,10 +83,13 @@ def _header(path: Path, data: bytes) -> tuple[int, int, bool]:
 def _on_paper(data: bytes, reduced: bool) -> NDArray[np.uint8]:
     """Decode a picture with transparent pixels as it comes out of a printer; their colours under it are arbitrary."""
     with _opened(data) as image:
-        layer = ImageOps.exif_transpose(image).convert("RGBA")
-    paper = Image.new("RGBA", layer.size, "white")
-    paper.alpha_composite(layer)
-    return np.asarray(paper.convert("RGB").reduce(2 if reduced else 1))[:, :, ::-1].copy()
+        ImageOps.exif_transpose(image, in_place=True)
+        layer = image if image.mode == "RGBA" else image.convert("RGBA")
+        if reduced:
+            layer = layer.reduce(2)  # before it is copied: it has four bytes for each of up to 64 million pixels
+        paper = Image.new("RGB", layer.size, "white")
+        paper.paste(layer, mask=layer)
+    return np.asarray(paper)[:, :, ::-1].copy()
 
 
 def _why_no_picture(path: Path, data: bytes) -> str:

@@ -3,6 +3,8 @@
 import logging
 import re
 import struct
+import subprocess
+import sys
 import zlib
 
 import cv2
@@ -126,3 +128,26 @@ def test_what_is_transparent_is_white_as_on_paper(tmp_path, side):
     assert image.dtype == np.uint8
     assert (image[:, : image.shape[1] // 2] == 255).all()
     assert (image[:, image.shape[1] // 2 :] == (200, 0, 0)).all()
+
+
+READ = """
+import resource, sys
+from pathlib import Path
+from input_files.picture import read_picture
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+before = peak()
+read_picture(Path(sys.argv[1]))
+print(peak() - before)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="measures memory in its unit")
+def test_a_large_transparent_picture_is_not_copied_before_it_is_reduced(tmp_path):
+    path = tmp_path / "large.png"
+    cv2.imwrite(str(path), np.zeros((4000, 6000, 4), np.uint8))
+    ran = subprocess.run([sys.executable, "-c", READ, path], capture_output=True, text=True, check=True)
+    assert int(ran.stdout) < 13 * 4000 * 6000
