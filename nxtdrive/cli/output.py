@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 CONTINUED = "\n  "
 """Begins a further line of an error message, such as the next mistake in a file."""
 
+DEFAULT_WIDTH = 80
+"""Columns of a terminal whose width is not known."""
+
 _SPELLED = {
     "°": " deg",
     "±": "+/-",
@@ -144,7 +147,10 @@ def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noq
     from nxtdrive.cli.safe_console import SafeConsole
 
     file = sys.stderr if stderr else sys.stdout
-    return SafeConsole(file=getattr(file, "stream", file), markup=False, emoji=False, highlight=False, **options)
+    console = SafeConsole(file=getattr(file, "stream", file), markup=False, emoji=False, highlight=False, **options)
+    if not console.width:  # with COLUMNS=0 in the environment rich would print nothing
+        console.width = DEFAULT_WIDTH
+    return console
 
 
 def make_table(*headers: str, **options: Any) -> Table:  # noqa: ANN401 - rich's options

@@ -219,6 +219,11 @@ def test_a_narrow_terminal_shows_each_part_of_the_title_on_its_own_line(explaine
     ]
 
 
+def test_a_terminal_of_no_width_loses_no_text(explained, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "0")  # as a program exports it that asked where no terminal is
+    assert "behind a corner" in explained(FIRST_FORMAT)
+
+
 def test_a_journal_of_the_second_format_is_reported(explained):
     told = explained(SECOND_FORMAT, "--json")
     assert len(told["decisions"]) == 5
