@@ -244,7 +244,7 @@ def trials(seed: int, numbers: range) -> Tally:
 
 CAMPAIGN = Campaign(
     "Whenever SIGINT, SIGTERM or SIGHUP arrives, motors are off, the exit code is the documented one, a run folder "
-    "is complete, and nothing ends in a traceback or by another signal.",
+    "is complete, and no command that has begun ends in a traceback or by another signal.",
     "signals",
     count=200,
     batch=11,
