@@ -6,6 +6,7 @@ import argparse
 import os
 import shlex
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -185,10 +186,10 @@ def _new(args: argparse.Namespace) -> int:
     contents = {mission: template(target, mission.parent).encode(), world: text.encode()}
     if target.picture and target.sheet:
         contents[target.picture] = target.sheet
-    for path in contents:
+    for path, content in contents.items():
         if args.picture is not None and path.resolve() == args.picture.resolve():
             raise ConfigError(f"{path} is the photograph, which would be overwritten.", remedy="Choose another name.")
-        if os.path.lexists(path) and not args.force:
+        if os.path.lexists(path) and not args.force and not (path == target.picture and _contains(path, content)):
             other = "It is named after the text or number: move it" if path == target.picture else "Choose another name"
             raise ConfigError(f"{path} exists already.", remedy=f"{other}, or --force to overwrite it.")
     hint = _better_detector(target, text, world)
@@ -208,6 +209,13 @@ def _new(args: argparse.Namespace) -> int:
     if hint:
         write_line(f"hint: {hint}.")
     return DONE
+
+
+def _contains(path: Path, content: bytes) -> bool:
+    """Return whether a file has this content, as the sheet of another mission with the same marker has."""
+    with suppress(OSError):
+        return path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content
+    return False
 
 
 def _better_detector(target: TemplateTarget, text: str, world: Path) -> str:

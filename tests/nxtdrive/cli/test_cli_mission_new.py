@@ -216,6 +216,13 @@ def test_a_sheet_of_ours_is_not_overwritten_unasked(capsys):
     assert Path("marker-7.png").read_bytes() == b"mine"
 
 
+def test_missions_that_search_for_the_same_marker_share_its_sheet(capsys):
+    assert main(["mission", "new", "first.toml", "--marker", "7"]) == DONE
+    assert main(["mission", "new", "second.toml", "--marker", "7"]) == DONE
+    assert main(["mission", "new", "larger.toml", "--marker", "7", "--height-mm", "200"]) == USAGE
+    assert "marker-7.png exists already" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 3, 5, 11])
 def test_the_red_box_stands_in_its_room_and_is_reached_though_the_frame_cuts_it_off(seed):
