@@ -14,6 +14,9 @@ LONGEST_VALUE = 80
 MAX_KNOWN = 100
 """Among more names the nearest is not looked for: a file of thousands of wrong names would take minutes."""
 
+KEY_ITSELF = "[key]"
+"""Pydantic's last part of the location of a mistake in a key."""
+
 _MORE = re.compile(r"and (\d+) more")
 
 
@@ -56,8 +59,13 @@ def _in_words(count: int) -> str:
 
 
 def key_path(location: Iterable[str | int]) -> str:
-    """Return where in a file a key is, such as ``boxes[2].at_mm``, by the keys and indices that lead to it."""
-    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+    """Return where in a file a key is, such as ``boxes[2].at_mm``.
+
+    Args:
+        location: The keys and indices that lead to it, as pydantic gives them.
+    """
+    parts = (part for part in location if part != KEY_ITSELF)
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).lstrip(".")
 
 
 def nearest(name: str, known: Collection[str]) -> str:

@@ -201,6 +201,7 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
             GOOD + f"[color]\nred = {{ {CALIBRATED.replace('26', '400')} }}\n",
             "color.red.hue_deg: must be less than 360, not 400",
         ),
+        (GOOD + f"[color]\nrot = {{ {CALIBRATED} }}\n", "color.rot: must be 'red', 'orange'"),
         (
             '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "marker"',
             "target.box.id: is missing; `nxtdrive mission new FILE` writes an example",

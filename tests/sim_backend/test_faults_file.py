@@ -67,6 +67,7 @@ def test_all_mistakes_are_reported_at_once(faults):
     assert "did you mean 'every'?" in message
     assert "[5, 1] ends before it begins" in message
     assert "unplugged_ms[0]" in message
+    assert "delay_replies_ms.a: must be a whole number" in message
 
 
 @pytest.mark.parametrize(("text", "says"), [("= 3", "not TOML"), (None, "No such file")])
