@@ -164,25 +164,6 @@ def test_a_motor_that_was_not_used_is_left_alone(direct):
     assert len(direct.sent) == 1
 
 
-def test_after_a_loss_the_same_brick_can_be_had_again(lab):
-    room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
-    motor = room.brick.motor("A")
-    motor.run(300)
-    with pytest.raises(LinkLost):
-        room.brick.sleep(2)
-    room.simulation.advance(500)
-    with pytest.raises(LinkLost):
-        room.brick.link.reconnect()
-    room.simulation.advance(2000)
-    assert not room.output("A").actual_speed, "the lease has run out"
-    room.brick.link.reconnect()
-    room.brick.sleep(1)
-    assert not room.output("A").actual_speed, "what ran before is not started again"
-    motor.run(300)
-    room.brick.sleep(1)
-    assert room.output("A").actual_speed
-
-
 def test_several_threads_get_each_its_own_answer(direct):
     wrong = []
 

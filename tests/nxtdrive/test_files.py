@@ -1,5 +1,6 @@
 """The file system; requests that trigger firmware bugs never reach the brick."""
 
+import itertools
 import threading
 
 import pytest
@@ -26,6 +27,7 @@ from sim_backend.firmware.files.file_handle import Use
 from sim_backend.firmware.files.sector_table import free_bytes
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
+from tests.nxtdrive.conftest import DirectTransport
 
 SETTINGS_FILE = "NVConfig.sys"
 HANDLES = 16
@@ -63,26 +65,27 @@ def watched():
 
 
 class Damaging(SimTransport):
-    """Changes the replies to one command.
+    """Changes the replies to one command."""
 
-    Attributes:
-        damages: What a reply of this opcode becomes.
-    """
+    _opcode, _damages = None, iter(())
 
-    damages = None, lambda reply: reply
+    def damage(self, command, damages):
+        """Change the next replies to that command, one by each of these functions."""
+        self._opcode, self._damages = command.opcode, iter(damages)
 
     def receive(self, timeout_s):
         reply = super().receive(timeout_s)
-        opcode, damage = self.damages
-        return damage(reply) if reply is not None and reply[1] == opcode else reply
+        if reply is not None and reply[1] == self._opcode:
+            reply = next(self._damages, lambda whole: whole)(reply)
+        return reply
 
 
 @pytest.fixture
 def damaged():
-    """A brick with a file of 100 bytes, and the transport to it that changes replies."""
+    """The files of a brick with one of 200 bytes, and the transport to it that changes replies."""
     transport = Damaging(Simulation("open"))
     with Brick(transport) as brick:
-        brick.files.write("data.bin", bytes(range(100)))
+        brick.files.write("data.bin", bytes(range(200)))
         yield brick.files, transport
 
 
@@ -96,9 +99,9 @@ def other_name(reply):
     return reply.replace(b"data.bin", b"date.bin")
 
 
-def other_size(reply):
-    """A FindFirst reply of a file with a byte less."""
-    return reply[:-4] + (int.from_bytes(reply[-4:], "little") - 1).to_bytes(4, "little")
+def of_size(size):
+    """Makes a FindFirst or OpenRead reply one of a file of that size."""
+    return lambda reply: reply[:-4] + size.to_bytes(4, "little")
 
 
 @pytest.mark.parametrize(
@@ -106,13 +109,13 @@ def other_size(reply):
     [
         (Read, shorter_piece, lambda files: files.read("data.bin")),
         (FindFirst, other_name, lambda files: files.exists("data.bin")),
-        (FindFirst, other_size, lambda files: files.read("data.bin")),
-        (FindFirst, other_size, lambda files: files.write("data.bin", bytes(50), replace=True)),
+        (FindFirst, of_size(199), lambda files: files.read("data.bin")),
+        (FindFirst, of_size(199), lambda files: files.write("data.bin", bytes(50), replace=True)),
     ],
 )
 def test_what_does_not_belong_together_is_an_error_and_not_data(damaged, command, damage, work):
     files, transport = damaged
-    transport.damages = command.opcode, damage
+    transport.damage(command, itertools.repeat(damage))
     with pytest.raises(RemoteProtocolError):
         work(files)
 
@@ -134,43 +137,25 @@ def test_a_file_for_which_there_is_no_room_is_not_taken_for_one_that_is_being_wr
     assert caught.value.status is Status.NO_SPACE
 
 
-class Radio:
-    """A simulated brick at the other end of a stream, without any way between."""
+class Radio(DirectTransport):
+    """A radio link to a fresh brick."""
 
-    address, max_telegram, simulated = "radio://", BLUETOOTH_TELEGRAM_LIMIT, True
+    max_telegram = BLUETOOTH_TELEGRAM_LIMIT
 
     def __init__(self):
-        self.brick = SimBrick()
-        self.sent = []
-        self._replies = FrameReader()
-        self._now_s = 0.0
+        super().__init__()
+        self._stream = FrameReader()
 
     def send(self, telegram):
         self.sent.append(telegram)
-        self._replies.feed(self.brick.receive_bluetooth(frame(telegram)))
+        self._stream.feed(self.brick.receive_bluetooth(frame(telegram)))
         self.brick.tick()
 
     def receive(self, timeout_s):
-        return self._replies.next()
+        return self._stream.next()
 
     def waiting(self):
-        return self._replies.incomplete > 0
-
-    def now(self):
-        self._now_s += 0.001
-        return self._now_s
-
-    def sleep(self, duration_s):
-        self._now_s += duration_s
-
-    def close(self):
-        pass
-
-
-@pytest.fixture
-def radio():
-    """A radio link to a fresh brick."""
-    return Radio()
+        return self._stream.incomplete > 0
 
 
 @given(st.binary(min_size=1, max_size=2000))
@@ -336,9 +321,9 @@ def test_over_usb_no_read_requests_more_than_58_bytes_nor_beyond_the_end(watched
     assert max(len(write.data) for write in transport.requests(Write)) <= 61
 
 
-def test_over_bluetooth_pieces_fill_the_bricks_buffer_and_no_more(radio):
+def test_over_bluetooth_pieces_fill_the_bricks_buffer_and_no_more():
     """Longer ones are streamed, and some lengths the firmware gets wrong."""
-    content = bytes(range(256)) * 4
+    radio, content = Radio(), bytes(range(256)) * 4
     with Brick(radio) as brick:
         brick.files.write("data.bin", content)
         assert brick.files.read("data.bin") == content
@@ -405,21 +390,15 @@ def test_every_handle_is_closed_whatever_happens(files):
     assert not files.exists("half.bin")
 
 
-def test_an_interrupt_is_not_replaced_by_a_damaged_reply_when_the_handle_is_closed():
-    class Damaged(SimTransport):
-        length = 64
-
-        def receive(self, timeout_s):
-            telegram = super().receive(timeout_s)
-            return telegram and telegram[: self.length]
+def test_an_interrupt_is_not_replaced_by_a_damaged_reply_when_the_handle_is_closed(damaged):
+    files, transport = damaged
+    transport.damage(Close, [lambda reply: reply[:2]])
 
     def interrupt(done, total):
-        transport.length = 2
         raise KeyboardInterrupt
 
-    transport = Damaged(Simulation("open"))
-    with Brick(transport) as brick, pytest.raises(KeyboardInterrupt):
-        brick.files.read(SETTINGS_FILE, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        files.read("data.bin", interrupt)
 
 
 def test_nothing_is_deleted_while_a_download_is_open(watched):
@@ -488,47 +467,21 @@ def test_a_link_lost_in_the_middle_is_reported_and_leaves_no_part_of_the_file(la
     room.brick.files.write("data.bin", bytes(5000))
 
 
-class Corrupting(SimTransport):
-    """Changes replies to one command: the four bytes of a size at the end of the reply.
-
-    Attributes:
-        sizes: What to put there, one after the other.
-    """
-
-    command, sizes = OpenRead, ()
-
-    def receive(self, timeout_s):
-        reply = super().receive(timeout_s)
-        if reply and reply[1] == self.command.opcode and not reply[2] and self.sizes:
-            size, *self.sizes = self.sizes
-            reply = reply[:-4] + size.to_bytes(4, "little")
-        return reply
-
-
-@pytest.fixture
-def corrupting():
-    """A brick with a file of 200 bytes, and its link that can change sizes."""
-    transport = Corrupting(Simulation("open"))
-    with Brick(transport) as brick:
-        brick.files.write("data.bin", bytes(range(200)))
-        yield brick.files, transport
-
-
 @pytest.mark.parametrize("command", [OpenRead, FindFirst])
 @pytest.mark.parametrize("size", [0, 1, 199, 201, 2**18 + 1, 2**32 - 1])
-def test_a_size_that_arrives_wrong_once_is_asked_for_again(corrupting, command, size):
-    files, transport = corrupting
-    transport.command, transport.sizes = command, [size]
+def test_a_size_that_arrives_wrong_once_is_asked_for_again(damaged, command, size):
+    files, transport = damaged
+    transport.damage(command, [of_size(size)])
     assert files.read("data.bin") == bytes(range(200))
 
 
 @pytest.mark.parametrize("size", [201, 2**18 + 1, 2**32 - 1])
-def test_a_size_that_the_list_of_files_does_not_have_is_refused(corrupting, size):
-    files, transport = corrupting
-    transport.sizes = [size] * 100
+def test_a_size_that_the_list_of_files_does_not_have_is_refused(damaged, size):
+    files, transport = damaged
+    transport.damage(OpenRead, itertools.repeat(of_size(size)))
     with pytest.raises(RemoteProtocolError, match=f"200 bytes in the list of files and {size} when opened"):
         files.read("data.bin")
-    transport.sizes = ()
+    transport.damage(OpenRead, [])
     assert files.read("data.bin") == bytes(range(200)), "every handle is closed"
 
 

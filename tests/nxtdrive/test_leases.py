@@ -68,9 +68,10 @@ def test_a_cut_link_ends_a_motors_turn_within_its_lease(lab, latency_ms, power, 
 
 
 @LINKS
+@pytest.mark.parametrize("firmware", ["1.29", "1.05"])
 @pytest.mark.parametrize("move", [lambda motor: motor.run(600), lambda motor: motor.run_angle(600, 5000, wait=False)])
-def test_other_motions_of_a_motor_are_leased_as_well(lab, latency_ms, move):
-    room = lab(latency_ms=latency_ms)
+def test_other_motions_of_a_motor_are_leased_as_well(lab, latency_ms, firmware, move):
+    room = lab(latency_ms=latency_ms, firmware=firmware)
     move(room.brick.motor("A"))
     room.brick.sleep(1.7)
     distance_deg, _ = until_rest(room, lambda: room.output("A").rotation)

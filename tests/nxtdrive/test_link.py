@@ -342,19 +342,6 @@ def test_an_input_port_that_the_brick_has_forgotten_is_set_again_when_its_sensor
     assert (values.type, values.mode) == (SensorType.SWITCH, SensorMode.BOOLEAN)
 
 
-def test_motion_is_not_resumed_and_the_program_gets_an_error(returning):
-    motor = returning.brick.motor("A")
-    motor.run(300)
-    with pytest.raises(LinkLost, match="is back"):
-        returning.brick.sleep(5)
-    returning.simulation.advance(2000)
-    assert not returning.output("A").actual_speed
-    assert returning.brick.battery_v > 1, "the link is there"
-    motor.run(300)
-    returning.brick.sleep(1)
-    assert returning.output("A").actual_speed
-
-
 def test_a_question_after_driving_is_not_answered_as_if_nothing_had_happened(returning):
     returning.brick.link.mark_driven(OutputPort.A)
     returning.simulation.advance(1500)

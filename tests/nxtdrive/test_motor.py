@@ -41,19 +41,6 @@ def test_renewing_the_lease_does_not_disturb_regulation(lab, firmware, speed_deg
         assert leased.output("A").rotation == free.output("A").rotation
 
 
-@FIRMWARES
-@pytest.mark.parametrize("start", [lambda motor: motor.run(600), lambda motor: motor.dc(-70)])
-def test_a_motor_of_a_dead_program_stops_by_itself(lab, firmware, start):
-    room = lab(firmware=firmware)
-    motor = room.brick.motor("A")
-    start(motor)
-    room.brick.sleep(2)
-    before = motor.angle
-    room.simulation.advance(4000)
-    assert room.output("A").actual_speed == 0
-    assert 0 < abs(motor.angle - before) < 1500
-
-
 def test_slow_motion_continues_as_long_as_it_is_renewed(lab):
     room = lab()
     motor = room.brick.motor("A")

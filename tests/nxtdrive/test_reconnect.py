@@ -301,14 +301,19 @@ def test_leaving_does_not_wait_for_a_brick_that_is_away(away):
 
 def test_a_program_may_reconnect_by_itself(lab):
     room = lab(faults=LinkFaults(unplugged_ms=((1000, 3000),)))
-    room.simulation.advance(1500)
+    motor = room.brick.motor("A")
+    motor.run(300)
     with pytest.raises(LinkLost):
-        assert room.brick.battery_v
+        room.brick.sleep(2)
     with pytest.raises(LinkLost):
         room.brick.link.reconnect()
-    room.simulation.advance(2000)
+    room.idle(3)
     room.brick.link.reconnect()
-    assert room.brick.battery_v
+    room.brick.sleep(1)
+    assert not room.output("A").actual_speed, "what ran before is not started again"
+    motor.run(300)
+    room.brick.sleep(1)
+    assert room.output("A").actual_speed
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.direct import ResetMotorPosition, SetInputMode, SetProperty
 from firmware_protocol.enums import InputPort, OutputPort, Property, SensorMode, SensorType
-from firmware_protocol.errors import BrickError, LinkError, LinkLost, LinkTimeout, LocalProtocolError
+from firmware_protocol.errors import BrickError, LinkLost, LinkTimeout, LocalProtocolError
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
 from nxtdrive.sensors import Ultrasonic
@@ -294,23 +294,17 @@ def test_weak_motors_time_out(lab):
     assert Rover(room.brick.link).straight(500).stop is StopReason.TIMEOUT
 
 
+@pytest.mark.parametrize(("fault", "error"), [("silent_ms", LinkTimeout), ("unplugged_ms", LinkLost)])
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_a_link_that_falls_silent_is_an_error_and_the_robot_stops_by_itself(lab, seed):
-    room = lab(faults=LinkFaults(silent_ms=((2000 + 100 * seed, FOR_EVER_MS),)), seed=seed, timeout_s=0.5)
+def test_a_link_that_fails_is_an_error_and_the_robot_stops_by_itself(lab, fault, error, seed):
+    faults = LinkFaults(**{fault: ((2000 + 100 * seed, FOR_EVER_MS),)})
+    room = lab(faults=faults, seed=seed, timeout_s=0.5)
     rover = Rover(room.brick.link)
-    with pytest.raises(LinkTimeout):
+    with pytest.raises(error):
         rover.straight(3000)
     room.simulation.advance(3000)
     assert room.simulation.truth.speed_mm_s == 0
     assert room.simulation.truth.pose.x_mm < 1000 + 3000 / 5 + 300
-
-
-def test_a_pulled_cable_is_an_error_and_the_robot_stops_by_itself(lab):
-    room = lab(faults=LinkFaults(unplugged_ms=((2000, FOR_EVER_MS),)))
-    with pytest.raises(LinkError):
-        Rover(room.brick.link).straight(3000)
-    room.simulation.advance(3000)
-    assert room.simulation.truth.speed_mm_s == 0
 
 
 def test_an_interrupt_brakes_at_once(lab):
