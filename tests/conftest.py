@@ -6,15 +6,17 @@ The suite uses the same plugin as users' suites, also where its entry point is n
 from __future__ import annotations
 
 import gc
+import json
 import os
 import signal
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Generator, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
 
-from nxtdrive.cli.main import BLAS_THREADS
+from nxtdrive.cli.main import BLAS_THREADS, DONE, USAGE, main
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -73,6 +75,51 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("nightly"):
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _exit_code(words: Iterable[object]) -> int | str | None:
+    try:
+        return main([str(word) for word in words])
+    except SystemExit as left:  # argparse ends the program for a usage error and for --help
+        return left.code
+
+
+@pytest.fixture
+def printed(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Runs a command that succeeds; returns its standard output."""
+
+    def run(*words: object) -> str:
+        assert _exit_code(words) == DONE
+        return capsys.readouterr().out
+
+    return run
+
+
+@pytest.fixture
+def answered(printed: Callable[..., str]) -> Callable[..., Any]:
+    """Runs a command with ``--json``, which succeeds; returns its answer as plain values."""
+    return lambda *words: json.loads(printed(*words, "--json"))
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Runs a command that is a usage error; returns what it says of it on standard error."""
+
+    def run(*words: object) -> str:
+        assert _exit_code(words) == USAGE
+        said = capsys.readouterr().err
+        assert 0 < len(said) < 12_000
+        assert "Traceback" not in said or "-v" in words
+        return said
+
+    return run
 
 
 @pytest.fixture

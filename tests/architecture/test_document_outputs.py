@@ -27,9 +27,8 @@ FIRST_LINES = ("connecting to sim://", "turning each wheel", "╭─ 1 ")
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("page", SHOWN)
-def test_an_output_that_is_shown_is_right(page, tmp_path, monkeypatch, capsys):
-    make_home(tmp_path)
-    monkeypatch.chdir(tmp_path)
+def test_an_output_that_is_shown_is_right(page, here, monkeypatch, capsys):
+    make_home(here)
     monkeypatch.delenv("COLUMNS", raising=False)
     for command in SHOWN[page]:
         capsys.readouterr()
@@ -39,9 +38,8 @@ def test_an_output_that_is_shown_is_right(page, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_the_second_target_of_the_first_mission_is_reached_in_the_second_room(tmp_path, monkeypatch, capsys):
-    make_home(tmp_path)
-    monkeypatch.chdir(tmp_path)
+def test_the_second_target_of_the_first_mission_is_reached_in_the_second_room(here, capsys):
+    make_home(here)
     shutil.copy(PICTURES / "rilakkuma.png", "my-dog.jpg")
     target, room = (text for page, _, text in blocks("toml") if page == "docs/first-mission.md")
     mission, world = Path("my-mission.toml"), Path("my-mission-world.toml")

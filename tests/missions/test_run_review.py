@@ -85,11 +85,10 @@ def test_a_mission_file_without_a_room_is_to_get_one(mission_for):
     assert "`nxtdrive world new 'my bear-world.toml'`" in hint
 
 
-def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(mission_for, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(mission_for, here):
     Path("bear-world.toml").touch()
     truth = Simulation("open").truth
-    for world in ("bear-world.toml", str(tmp_path / "bear-world.toml")):
+    for world in ("bear-world.toml", str(here / "bear-world.toml")):
         review = RunReview(ReviewedRun(mission_for("rilakkuma"), truth, Path("bear.toml"), world=world), lambda _: None)
         review(_unsuccessful("rilakkuma"))
         [hint] = review.hints
@@ -149,9 +148,8 @@ def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform
 
 @pytest.mark.parametrize("reached", [False, True])
 def test_a_target_that_was_seen_and_not_reached_in_a_room_of_ones_own_leads_to_the_check_of_that_room(
-    reached, mission_for, tmp_path, monkeypatch
+    reached, mission_for, here
 ):
-    monkeypatch.chdir(tmp_path)
     Path("room.toml").write_text((WORLDS / "open.toml").read_text(encoding="utf-8"), encoding="utf-8")
     review = RunReview(ReviewedRun(mission_for("lena"), Simulation("open").truth, world="room.toml"), lambda _: None)
     sighting = {"bearing_deg": 0.0, "distance_mm": 1000.0, "confidence": 1.0}
@@ -167,9 +165,8 @@ def test_a_target_that_was_seen_and_not_reached_in_a_room_of_ones_own_leads_to_t
 
 @pytest.mark.parametrize(("ending", "hints"), [("time_up", 1), ("given_up", 1), ("interrupted", 0), ("achieved", 0)])
 def test_a_target_that_was_never_found_in_a_room_of_ones_own_leads_to_the_check_of_that_room(
-    ending, hints, mission_for, tmp_path, monkeypatch
+    ending, hints, mission_for, here
 ):
-    monkeypatch.chdir(tmp_path)
     Path("room.toml").write_text((WORLDS / "open.toml").read_text(encoding="utf-8"), encoding="utf-8")
     for world, expected in (("room.toml", hints), ("open", 0)):
         review = RunReview(ReviewedRun(mission_for("lena"), Simulation("open").truth, world=world), lambda _: None)

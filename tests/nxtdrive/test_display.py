@@ -1,7 +1,5 @@
 """The display, written by telegrams and read back as a picture."""
 
-import json
-
 import cv2
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from firmware_protocol.iomap import DISPLAY, DisplayFlag
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
 from nxtdrive.cli.commands.screenshot import GLASS, INK
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import USAGE, main
 from nxtdrive.onboard.display import read_display
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -103,10 +101,9 @@ def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
     assert lines == [9 + 55, 9 + 54] * 7 + [9 + 800 - 7 * (55 + 54)]
 
 
-def test_the_command_writes_an_image(tmp_path, capsys):
+def test_the_command_writes_an_image(tmp_path, answered):
     out = tmp_path / "nxt.png"
-    assert main(["screenshot", str(out), "--nxt", "sim://open", "--scale", "3", "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out) == {
+    assert answered("screenshot", str(out), "--nxt", "sim://open", "--scale", "3") == {
         "address": "sim://open",
         "file": str(out),
         "width": 300,
@@ -136,8 +133,7 @@ def test_black_pixels_are_squares_of_ink(tmp_path):
         (["nxt.png", "--scale", "0"], "scale must be a whole number"),
     ],
 )
-def test_what_cannot_be_written_is_reported(tmp_path, monkeypatch, capsys, arguments, sentence):
-    monkeypatch.chdir(tmp_path)
+def test_what_cannot_be_written_is_reported(here, capsys, arguments, sentence):
     try:
         code = main(["screenshot", *arguments, "--nxt", "sim://open"])
     except SystemExit as left:

@@ -40,8 +40,7 @@ def test_every_reply_is_understood_as_the_answer_to_its_request(path):
 
 
 @pytest.mark.parametrize("path", [path for path in TRACES if set(read_trace(path).command[:1]) & REPEATABLE], ids=_name)
-def test_the_recorded_command_asks_the_same_and_ends_well(path, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_recorded_command_asks_the_same_and_ends_well(path, here, capsys):
     code = main([*read_trace(path).command, "--nxt", f"replay://{path}"])
     assert code in (DONE, NOT_ACHIEVED, REFUSED), capsys.readouterr().err
 

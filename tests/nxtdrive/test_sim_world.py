@@ -240,11 +240,10 @@ def test_an_address_lives_as_long_as_its_world():
         open_brick(address)
 
 
-def test_a_picture_that_is_not_there_is_named_with_the_folder(sim_world, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {tmp_path}.")):
+def test_a_picture_that_is_not_there_is_named_with_the_folder(sim_world, here):
+    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {here}.")):
         sim_world.put_picture("cat", "cat.jpg", x_mm=1000)
-    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {tmp_path / 'mine'}.")):
+    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {here / 'mine'}.")):
         sim_world.put_picture("cat", "mine/cat.jpg", x_mm=1000)
 
 

@@ -12,12 +12,11 @@ from sim_backend.bundled import PICTURES
 PAGE = (Path(__file__).parents[2] / "docs" / "testing-your-robot.md").read_text(encoding="utf-8")
 
 
-def test_the_worlds_examples_run(sim_world, tmp_path, monkeypatch):
+def test_the_worlds_examples_run(sim_world, here):
     [block] = [
         text for text in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if text.startswith("sim_world.put(")
     ]
-    (tmp_path / "cat.jpg").write_bytes((PICTURES / "fox.png").read_bytes())
-    monkeypatch.chdir(tmp_path)
+    (here / "cat.jpg").write_bytes((PICTURES / "fox.png").read_bytes())
     exec(block, {"sim_world": sim_world})
     sim_world.advance(11)
     assert sim_world.truth.boxes["crate"].x_mm == 2500

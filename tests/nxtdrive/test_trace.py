@@ -13,7 +13,7 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import AddressError, ConfigError, LinkError, LinkLost, LinkTimeout, NXTError
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
-from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
+from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, main
 from nxtdrive.mission.camera import default_camera
 from nxtdrive.motion.rover import SafetyLimits
 from nxtdrive.transports.address import Address
@@ -307,11 +307,10 @@ def talk(tmp_path, capsys):
     return path
 
 
-def test_every_command_that_opens_a_brick_records_it(talk, capsys):
+def test_every_command_that_opens_a_brick_records_it(talk, printed):
     trace = read_trace(talk)
     assert (trace.address, trace.command) == ("sim://open", ("info",))
-    assert main(["info", "--nxt", f"replay://{talk}"]) == DONE
-    assert "NXT" in capsys.readouterr().out
+    assert "NXT" in printed("info", "--nxt", f"replay://{talk}")
 
 
 def test_a_recorded_robot_keeps_its_simulated_camera(tmp_path):
@@ -319,24 +318,20 @@ def test_a_recorded_robot_keeps_its_simulated_camera(tmp_path):
         assert default_camera(brick) == "sim"
 
 
-def test_show_says_it_in_words(talk, capsys):
-    assert main(["trace", "show", str(talk)]) == DONE
-    text = capsys.readouterr().out
+def test_show_says_it_in_words(talk, printed):
+    text = printed("trace", "show", str(talk))
     assert "-> GetDeviceInfo" in text
     assert "free_flash=" in text
-    assert main(["trace", "show", str(talk), "--full"]) == DONE
-    assert len(capsys.readouterr().out.splitlines()) > len(text.splitlines())
-    assert main(["trace", "show", str(talk), "--json"]) == DONE
-    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert len(printed("trace", "show", str(talk), "--full").splitlines()) > len(text.splitlines())
+    lines = [json.loads(line) for line in printed("trace", "show", str(talk), "--json").splitlines()]
     assert lines[0]["explained"]["name"] == "KeepAlive"
 
 
-def test_diff_names_the_fields_that_differ(talk, tmp_path, capsys):
+def test_diff_names_the_fields_that_differ(talk, tmp_path, capsys, printed):
     other = tmp_path / "other.nxttrace"
     assert main(["info", "--nxt", "sim://open?firmware=1.05&latency_ms=9", "--trace", str(other)]) == DONE
     capsys.readouterr()
-    assert main(["trace", "diff", str(talk), str(talk)]) == DONE
-    assert "the same" in capsys.readouterr().out
+    assert "the same" in printed("trace", "diff", str(talk), str(talk))
     assert main(["trace", "diff", str(talk), str(other)]) == NOT_ACHIEVED
     assert "firmware_minor: 29, then 5" in capsys.readouterr().out
 
@@ -349,9 +344,8 @@ def test_diff_aligns_conversations(talk, tmp_path, capsys):
     assert capsys.readouterr().out.startswith("- 2: GetDeviceInfo")
 
 
-def test_replay_compares_a_brick_with_the_recorded_one(talk, capsys):
-    assert main(["trace", "replay", str(talk), "--nxt", "sim://open"]) == DONE
-    assert "as recorded" in capsys.readouterr().out
+def test_replay_compares_a_brick_with_the_recorded_one(talk, capsys, printed):
+    assert "as recorded" in printed("trace", "replay", str(talk), "--nxt", "sim://open")
     assert main(["trace", "replay", str(talk), "--nxt", "sim://open?firmware=1.05"]) == NOT_ACHIEVED
     assert "firmware_minor" in capsys.readouterr().out
 
@@ -370,9 +364,8 @@ def test_replay_stops_the_motors_it_has_started(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("words", [["show", "nowhere.nxttrace"], ["diff", "a", "b"], ["replay", "c"]])
-def test_a_missing_file_is_one_sentence(words, capsys):
-    assert main(["trace", *words]) == USAGE
-    assert "cannot be read" in capsys.readouterr().err
+def test_a_missing_file_is_one_sentence(words, refused):
+    assert "cannot be read" in refused("trace", *words)
 
 
 def test_where_a_program_differs_is_reported(talk, capsys):

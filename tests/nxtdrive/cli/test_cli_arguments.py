@@ -58,40 +58,30 @@ def test_a_profiles_file_is_no_profile(capsys):
         (["run", "--camra", "0"], "Did you mean '--camera'?"),
     ],
 )
-def test_what_is_given_in_another_way_is_reported(command, meant, capsys):
-    with pytest.raises(SystemExit):
-        main(command)
-    assert meant in capsys.readouterr().err
+def test_what_is_given_in_another_way_is_reported(command, meant, refused):
+    assert meant in refused(*command)
 
 
-def test_an_option_that_no_action_has_is_not_to_be_given_after_one(capsys):
-    with pytest.raises(SystemExit):
-        main(["sensor", "--port", "1"])
-    said = capsys.readouterr().err
+def test_an_option_that_no_action_has_is_not_to_be_given_after_one(refused):
+    said = refused("sensor", "--port", "1")
     assert "choose from" in said
     assert "--port after" not in said
 
 
-def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
-    with pytest.raises(SystemExit):
-        main(["my-mission.toml"])
-    assert "Did you mean `nxtdrive run my-mission.toml`?" in capsys.readouterr().err
+def test_a_mission_in_the_place_of_a_command_is_to_be_run(refused):
+    assert "Did you mean `nxtdrive run my-mission.toml`?" in refused("my-mission.toml")
 
 
 @pytest.mark.parametrize(("word", "command"), [(word, each) for each, words in OTHER_WORDS.items() for word in words])
-def test_another_word_for_what_a_command_does_leads_to_it(word, command, capsys):
-    with pytest.raises(SystemExit):
-        main([word])
-    assert f"Did you mean `nxtdrive {command}`?" in capsys.readouterr().err
+def test_another_word_for_what_a_command_does_leads_to_it(word, command, refused):
+    assert f"Did you mean `nxtdrive {command}`?" in refused(word)
     with pytest.raises(SystemExit) as exit_:
         main([*command.partition(" RUN")[0].split(), "--help"])
     assert exit_.value.code == 0
 
 
-def test_another_word_for_a_command_means_nothing_among_the_actions_of_one(capsys):
-    with pytest.raises(SystemExit):
-        main(["motor", "drive"])
-    assert "teleop" not in capsys.readouterr().err
+def test_another_word_for_a_command_means_nothing_among_the_actions_of_one(refused):
+    assert "teleop" not in refused("motor", "drive")
 
 
 @pytest.mark.parametrize(
@@ -110,21 +100,16 @@ def test_another_word_for_a_command_means_nothing_among_the_actions_of_one(capsy
     ],
     ids=lambda command: command[0],
 )
-def test_no_file_is_called_as_standard_output_is(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit, match="2"):
-        main([*command, "-"])
-    assert "standard output is not possible here; name a file, ./- for one called '-'" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+def test_no_file_is_called_as_standard_output_is(command, here, refused):
+    assert "standard output is not possible here; name a file, ./- for one called '-'" in refused(*command, "-")
+    assert not list(here.iterdir())
 
 
 NUMERIC = list(_numeric_arguments())
 
 
-def test_a_decimal_comma_is_named_and_limits_have_none(capsys):
-    with pytest.raises(SystemExit):
-        main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "29,7"])
-    error = capsys.readouterr().err
+def test_a_decimal_comma_is_named_and_limits_have_none(refused):
+    error = refused("mission", "new", "--picture", "cat.jpg", "--height-mm", "29,7")
     assert "a number from 10 to 3000, not '29,7'. Write a decimal point, not a comma" in error
 
 
@@ -176,11 +161,8 @@ def test_there_are_numbers_to_test():
         (["xyzzy"], None),
     ],
 )
-def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(words)
-    assert stopped.value.code == USAGE
-    said = capsys.readouterr().err
+def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, refused):
+    said = refused(*words)
     assert (f"Did you mean {meant}" in said or f"or {meant}?" in said) if meant else "Did you mean" not in said
     assert "`nxtdrive" in said
 
@@ -194,11 +176,8 @@ def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, capsys):
         (["--nxt", "sim://", "info"], "Give --nxt after the COMMAND"),
     ],
 )
-def test_an_option_before_the_action_is_refused_with_its_right_position(words, advice, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(words)
-    assert stopped.value.code == USAGE
-    assert advice in capsys.readouterr().err
+def test_an_option_before_the_action_is_refused_with_its_right_position(words, advice, refused):
+    assert advice in refused(*words)
 
 
 @pytest.mark.parametrize(
@@ -210,18 +189,16 @@ def test_an_option_before_the_action_is_refused_with_its_right_position(words, a
         (["--agents", "hasti"], "there is no agent 'hasti'. Did you mean 'hasty'?"),
     ],
 )
-def test_a_sweep_leads_from_a_mistyped_class_or_profile_to_the_nearest(words, said, capsys, monkeypatch):
+def test_a_sweep_leads_from_a_mistyped_class_or_profile_to_the_nearest(words, said, refused, monkeypatch):
     monkeypatch.setattr("behaviors.profile_names.installed_profiles", lambda: {"hasty": None})
-    assert main(["sweep", *words]) == USAGE
-    assert said in capsys.readouterr().err
+    assert said in refused("sweep", *words)
 
 
 @pytest.mark.parametrize(
     "name", ["Foo", "Boo", "Bot", "Boots", "Delet", "DeleteUserFlsh", "BluetoothFactoryRest", "IOMapWrit"]
 )
-def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):
-    assert main(["send", name, "--nxt", "sim://"]) == USAGE
-    said = capsys.readouterr().err
+def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, refused):
+    said = refused("send", name, "--nxt", "sim://")
     hint = said.split("Did you mean" if "Did you mean" in said else "There are")[1]
     for word in ("Boot", "Delete", "DeleteUserFlash", "BluetoothFactoryReset", "CropDataFile", "IOMapWrite"):
         assert word not in hint.replace(",", " ").replace("?", " ").replace(".", " ").split()
@@ -248,11 +225,8 @@ def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):
         ["detect", "try", "sim", "--color", "red", "--frames", "0"],
     ],
 )
-def test_values_out_of_range_are_usage_errors(words, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(words)
-    assert stopped.value.code == USAGE
-    assert "Traceback" not in capsys.readouterr().err
+def test_values_out_of_range_are_usage_errors(words, refused):
+    refused(*words)
 
 
 HUGE = "9" * 5000
@@ -273,19 +247,13 @@ HUGE = "9" * 5000
     ],
     ids=lambda words: " ".join(words)[:40],
 )
-def test_numbers_of_thousands_of_digits_and_unknown_users_are_refused(words, capsys):
-    assert main(words) == USAGE
-    said = capsys.readouterr().err
-    assert said.startswith("nxtdrive: ")
-    assert "Traceback" not in said
+def test_numbers_of_thousands_of_digits_and_unknown_users_are_refused(words, refused):
+    assert refused(*words).startswith("nxtdrive: ")
 
 
 @pytest.mark.parametrize("seeds", [HUGE, f"1-{HUGE}", "1-999999999999999", "5-1"])
-def test_seeds_that_are_too_many_are_refused(seeds, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(["sweep", "--classes", "open", "--seeds", seeds])
-    assert stopped.value.code == USAGE
-    assert "100,000 seeds" in capsys.readouterr().err
+def test_seeds_that_are_too_many_are_refused(seeds, refused):
+    assert "100,000 seeds" in refused("sweep", "--classes", "open", "--seeds", seeds)
 
 
 @pytest.mark.parametrize(
@@ -336,17 +304,13 @@ def test_renaming_the_simulated_brick_by_mistake_is_noticed(capsys):
 
 
 @pytest.mark.parametrize("name", ["", " ", "1234567890123456", "Röbot", "a\nb", "\x1b[31m", " x", "a\0b"])
-def test_a_name_that_the_brick_cannot_show_is_refused(name, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(["name", name])
-    assert stopped.value.code == USAGE
-    assert "1 to 15" in capsys.readouterr().err
+def test_a_name_that_the_brick_cannot_show_is_refused(name, refused):
+    assert "1 to 15" in refused("name", name)
 
 
-def test_a_detector_is_tried_on_the_simulated_camera(capsys, tmp_path):
+def test_a_detector_is_tried_on_the_simulated_camera(printed, tmp_path):
     seen = tmp_path / "seen.png"
-    assert main(["detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", str(seen)]) == DONE
-    lines = capsys.readouterr().out.splitlines()
+    lines = printed("detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", str(seen)).splitlines()
     assert lines[0].startswith("height: 297 mm")
     assert lines[1].startswith("frame    0  orange at ")
     assert lines[-1].startswith("seen in 2 of 2 frames")
@@ -361,7 +325,5 @@ def test_values_given_to_a_sweep_twice_count_once():
 
 
 @pytest.mark.parametrize("action", ["serve", "exec"])
-def test_the_default_world_is_named_by_the_option_that_replaces_it(action, capsys):
-    with pytest.raises(SystemExit):
-        main(["sim", action, "--help"])
-    assert f"bundled world (default: {DEFAULT_WORLD})" in " ".join(capsys.readouterr().out.split())
+def test_the_default_world_is_named_by_the_option_that_replaces_it(action, printed):
+    assert f"bundled world (default: {DEFAULT_WORLD})" in " ".join(printed("sim", action, "--help").split())

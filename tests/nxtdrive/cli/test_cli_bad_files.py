@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, main
 from sim_backend.faults_file import load_faults
 
 MISSION = '[mission]\ntargets = ["spot"]\n[target.spot]\ndetector = "color"\ncolor = "red"\n'
@@ -38,22 +38,12 @@ BAD_TOML = {
 }
 
 
-def _refused(words, capsys):
-    """Run a command that must refuse a file; returns what it says."""
-    assert main([str(word) for word in words]) == USAGE
-    said = capsys.readouterr()
-    assert said.err
-    assert "Traceback" not in said.err
-    assert len(said.err) < 12_000
-    return said.err
-
-
 @pytest.mark.parametrize("kind", READERS)
 @pytest.mark.parametrize("fault", BAD_TOML)
-def test_bad_toml_is_refused_with_a_sentence(tmp_path, capsys, kind, fault):
+def test_bad_toml_is_refused_with_a_sentence(tmp_path, refused, kind, fault):
     path = tmp_path / "bad.toml"
     path.write_bytes(BAD_TOML[fault])
-    assert "bad.toml" in _refused(READERS[kind][1](path), capsys)
+    assert "bad.toml" in refused(*READERS[kind][1](path))
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -83,22 +73,22 @@ def test_a_byte_order_mark_does_no_harm(tmp_path, capsys, kind):
         ("faults", "delay_replies_ms = {{ 3 = {} }}\n"),
     ],
 )
-def test_a_number_that_is_not_finite_is_refused_by_its_key(tmp_path, capsys, kind, key, number):
+def test_a_number_that_is_not_finite_is_refused_by_its_key(tmp_path, refused, kind, key, number):
     good, words = READERS[kind]
     path = tmp_path / "bad.toml"
     path.write_text(good + key.format(number), encoding="utf-8")
-    assert key.split(" = {")[0].split("\n")[-1].split(" ")[-1] in _refused(words(path), capsys)
+    assert key.split(" = {")[0].split("\n")[-1].split(" ")[-1] in refused(*words(path))
 
 
 @pytest.mark.parametrize(
     ("key", "number"),
     [("from_mm", "[1e300, 1]"), ("to_mm", "[1, -2e6]"), ("height_mm", "1e300"), ("thickness_mm", "1e7")],
 )
-def test_a_world_larger_than_a_kilometre_is_refused_by_its_key(tmp_path, capsys, key, number):
+def test_a_world_larger_than_a_kilometre_is_refused_by_its_key(tmp_path, refused, key, number):
     wall = {"from_mm": "[100, 100]", "to_mm": "[900, 100]", "height_mm": "500", "thickness_mm": "20"} | {key: number}
     path = tmp_path / "bad.toml"
     path.write_text("\n".join([WORLD, "[[walls]]", *(f"{name} = {value}" for name, value in wall.items())]))
-    assert f"walls[0].{key}" in _refused(["info", "--nxt", f"sim://{path}"], capsys)
+    assert f"walls[0].{key}" in refused("info", "--nxt", f"sim://{path}")
 
 
 def _fifo(folder):
@@ -146,16 +136,16 @@ NAMED = {
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("kind", sorted(NAMED.keys() - {"sweep"}))
 @pytest.mark.parametrize("what", NOT_A_FILE)
-def test_anything_that_is_not_a_file_is_refused(tmp_path, capsys, kind, what):
+def test_anything_that_is_not_a_file_is_refused(tmp_path, refused, kind, what):
     NOT_A_FILE[what](tmp_path)
-    _refused(NAMED[kind](tmp_path / "file"), capsys)
+    refused(*NAMED[kind](tmp_path / "file"))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("what", sorted(NOT_A_FILE.keys() - {"missing"}))
-def test_a_sweep_does_not_continue_with_anything_but_a_file(tmp_path, capsys, what):
+def test_a_sweep_does_not_continue_with_anything_but_a_file(tmp_path, refused, what):
     NOT_A_FILE[what](tmp_path)
-    _refused(NAMED["sweep"](tmp_path / "file"), capsys)
+    refused(*NAMED["sweep"](tmp_path / "file"))
 
 
 COPIED = {
@@ -170,25 +160,25 @@ COPIED = {
 
 
 @pytest.mark.parametrize("kind", COPIED)
-def test_an_empty_file_that_was_copied_is_reported_as_empty(tmp_path, capsys, kind):
+def test_an_empty_file_that_was_copied_is_reported_as_empty(tmp_path, refused, kind):
     name, words = COPIED[kind]
     (tmp_path / name).touch()
-    assert f"{tmp_path / name} is empty. Copy it again." in _refused(words(tmp_path / name), capsys)
+    assert f"{tmp_path / name} is empty. Copy it again." in refused(*words(tmp_path / name))
 
 
 @pytest.mark.parametrize("kind", NAMED)
 @pytest.mark.parametrize("name", ["x" * 300, "y/" * 3000], ids=["long name", "long path"])
-def test_a_name_no_file_can_have_is_refused(capsys, kind, name):
-    _refused(NAMED[kind](Path(name)), capsys)
+def test_a_name_no_file_can_have_is_refused(refused, kind, name):
+    refused(*NAMED[kind](Path(name)))
 
 
-def test_a_mission_that_names_pictures_and_cascades_no_file_can_be_called(tmp_path, capsys):
+def test_a_mission_that_names_pictures_and_cascades_no_file_can_be_called(tmp_path, refused):
     path = tmp_path / "bad.toml"
     for name in ("x" * 300 + ".png", "a\\u0000b.png"):
         path.write_text(f'[mission]\ntargets=["a"]\n[target.a]\ndetector="picture"\npictures=["{name}"]\n')
-        assert "there is no picture" in _refused(["mission", "check", path], capsys)
+        assert "there is no picture" in refused("mission", "check", path)
         path.write_text(f'[mission]\ntargets=["a"]\n[target.a]\ndetector="haar"\ncascade="{name}"\n')
-        assert "there is no cascade" in _refused(["mission", "check", path], capsys).lower()
+        assert "there is no cascade" in refused("mission", "check", path).lower()
 
 
 def test_a_long_mission_name_makes_a_shorter_folder_name(tmp_path):
@@ -246,50 +236,47 @@ GOOD_START = '{"t": 0.5, "kind": "start", "state": "idle", "target": "", "missio
 
 @pytest.mark.parametrize("text", TRACES.values(), ids=TRACES.keys())
 @pytest.mark.parametrize("kind", ["trace", "replay"])
-def test_a_trace_with_a_bad_header_is_refused(tmp_path, capsys, kind, text):
+def test_a_trace_with_a_bad_header_is_refused(tmp_path, refused, kind, text):
     path = tmp_path / "bad.nxttrace"
     path.write_text(text + "\n", encoding="utf-8")
-    _refused(NAMED[kind](path), capsys)
+    refused(*NAMED[kind](path))
 
 
 @pytest.mark.parametrize("text", ENTRIES.values(), ids=ENTRIES.keys())
-def test_a_trace_with_a_bad_entry_is_refused_by_its_line(tmp_path, capsys, text):
+def test_a_trace_with_a_bad_entry_is_refused_by_its_line(tmp_path, refused, text):
     path = tmp_path / "bad.nxttrace"
     path.write_text("\n".join((json.dumps(HEADER), text, '{"t": 0.1, "to": "000d"}', "")), encoding="utf-8")
-    assert "line 2" in _refused(["trace", "show", path], capsys)
+    assert "line 2" in refused("trace", "show", path)
 
 
 @pytest.mark.parametrize("text", JOURNALS.values(), ids=JOURNALS.keys())
-def test_a_journal_without_a_record_is_refused(tmp_path, capsys, text):
+def test_a_journal_without_a_record_is_refused(tmp_path, refused, text):
     path = tmp_path / "journal.jsonl"
     path.write_text(text + "\n", encoding="utf-8")
-    _refused(["explain-run", path], capsys)
+    refused("explain-run", path)
 
 
 @pytest.mark.parametrize("text", sorted(ENTRIES.values()))
-def test_a_journals_bad_lines_are_left_out_and_named(tmp_path, capsys, text):
+def test_a_journals_bad_lines_are_left_out_and_named(tmp_path, answered, text):
     (tmp_path / "journal.jsonl").write_text(GOOD_START + text + "\n", encoding="utf-8")
     (tmp_path / "mission.json").write_text(DEEP, encoding="utf-8")
-    assert main(["explain-run", str(tmp_path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["damaged_lines"] == [2]
+    assert answered("explain-run", str(tmp_path))["damaged_lines"] == [2]
 
 
-def test_a_byte_order_mark_before_json_lines_does_no_harm(tmp_path, capsys):
+def test_a_byte_order_mark_before_json_lines_does_no_harm(tmp_path, answered):
     (tmp_path / "journal.jsonl").write_text("\ufeff" + GOOD_START.replace("\n", "\r\n"), encoding="utf-8")
-    assert main(["explain-run", str(tmp_path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["damaged_lines"] == []
+    assert answered("explain-run", str(tmp_path))["damaged_lines"] == []
     (tmp_path / "x.nxttrace").write_text("\ufeff" + json.dumps(HEADER), encoding="utf-8")
     assert main(["trace", "show", str(tmp_path / "x.nxttrace")]) == DONE
 
 
 @pytest.mark.parametrize("content", [b"", b"no picture", bytes(1000)])
-def test_a_world_whose_picture_is_none_is_refused(tmp_path, capsys, monkeypatch, content):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "poster.png").write_bytes(content)
+def test_a_world_whose_picture_is_none_is_refused(here, refused, content):
+    (here / "poster.png").write_bytes(content)
     table = '[[pictures]]\nname = "poster"\nfile = "poster.png"\nat_mm = [2000, 1500]\nfacing_deg = 180\n'
-    (tmp_path / "world.toml").write_text(WORLD + table)
-    (tmp_path / "mission.toml").write_text(MISSION)
-    assert "poster.png" in _refused(["run", "mission.toml", "--nxt", "sim://world.toml"], capsys)
+    (here / "world.toml").write_text(WORLD + table)
+    (here / "mission.toml").write_text(MISSION)
+    assert "poster.png" in refused("run", "mission.toml", "--nxt", "sim://world.toml")
 
 
 HOURS = 999_999_999
@@ -306,7 +293,7 @@ def test_a_control_line_that_makes_no_sense_or_takes_hours_is_not_carried_out(tm
 
 
 @pytest.mark.parametrize("text", RECORDINGS.values(), ids=RECORDINGS.keys())
-def test_a_bad_recording_of_a_conversation_is_refused(tmp_path, capsys, text):
+def test_a_bad_recording_of_a_conversation_is_refused(tmp_path, refused, text):
     path = tmp_path / "bad.jsonl"
     path.write_text(text + "\n", encoding="utf-8")
-    _refused(["sim", "check", path], capsys)
+    refused("sim", "check", path)

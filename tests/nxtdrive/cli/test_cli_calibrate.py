@@ -13,12 +13,7 @@ from behaviors.mission.robot import CALIBRATED, load_robot_file
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from sim_backend.bundled import WORLDS
 
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("NXT_ROBOT", raising=False)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def test_the_sheet_has_its_true_size_and_its_markers(here):
@@ -41,14 +36,12 @@ def test_the_sheet_is_a_page_of_a4_as_pdf(here):
     assert [float(each) / 72 * 25.4 for each in box.groups()] == pytest.approx([297, 210], abs=0.2)
 
 
-def test_a_sheet_of_another_kind_is_refused(capsys):
-    assert main(["calibrate", "--sheet", "sheet.doc"]) == USAGE
-    assert "Use .pdf or .png" in capsys.readouterr().err
+def test_a_sheet_of_another_kind_is_refused(refused):
+    assert "Use .pdf or .png" in refused("calibrate", "--sheet", "sheet.doc")
 
 
-def test_an_unknown_word_is_refused_before_a_sheet_is_written(here, capsys):
-    assert main(["calibrate", "--sheet", "sheet.pdf", "a4"]) == USAGE
-    assert "there is no 'a4' to calibrate" in capsys.readouterr().err
+def test_an_unknown_word_is_refused_before_a_sheet_is_written(here, refused):
+    assert "there is no 'a4' to calibrate" in refused("calibrate", "--sheet", "sheet.pdf", "a4")
     assert not (here / "sheet.pdf").exists()
 
 
@@ -79,15 +72,13 @@ def test_what_cannot_be_is_refused(here, words):
     assert main(["calibrate", *words]) == USAGE
 
 
-def test_a_real_robot_does_not_drive_without_being_asked(capsys):
-    assert main(["calibrate", "--nxt", "usb://"]) == USAGE
-    assert "--yes" in capsys.readouterr().err
+def test_a_real_robot_does_not_drive_without_being_asked(refused):
+    assert "--yes" in refused("calibrate", "--nxt", "usb://")
 
 
 @pytest.mark.parametrize("words", [["--nxt", "sim://calibration"], ["--trace", "talk.nxttrace"]])
-def test_the_directions_of_the_motors_are_found_alone(here, capsys, words):
-    assert main(["calibrate", "motors", *words]) == DONE
-    assert re.search(r"motors\.dead_zone_percent +│ +│ 8 ", capsys.readouterr().out)
+def test_the_directions_of_the_motors_are_found_alone(here, printed, words):
+    assert re.search(r"motors\.dead_zone_percent +│ +│ 8 ", printed("calibrate", "motors", *words))
     file = load_robot_file(here / "robot.toml")
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert 0 < file.calibration.motors.measured["dead_zone_percent"] < 40
@@ -212,10 +203,9 @@ def test_a_ruler_needs_no_world_and_says_what_an_answer_is(here, monkeypatch, ca
 
 
 @pytest.mark.parametrize("answers", ["", "\n", "\n1000\n\n"])
-def test_a_ruler_whose_answers_end_is_an_error(here, monkeypatch, capsys, answers):
+def test_a_ruler_whose_answers_end_is_an_error(here, monkeypatch, refused, answers):
     monkeypatch.setattr("sys.stdin", io.StringIO(answers))
-    assert main(["calibrate", "wheels", "--ruler"]) == USAGE
-    assert "the input ended" in capsys.readouterr().err
+    assert "the input ended" in refused("calibrate", "wheels", "--ruler")
     assert not (here / "robot.toml").exists()
 
 
@@ -246,12 +236,11 @@ def test_a_ruler_measures_wheels_alone(what):
 
 
 @pytest.mark.slow
-def test_a_simulated_robot_calibrates_itself(here, capsys):
+def test_a_simulated_robot_calibrates_itself(here, answered):
     (here / "robot.toml").write_text(
         "[robot]\nradius_mm = 140.0\nwheel_diameter_mm = 60.0\n[camera]\nhfov_deg = 66.0\n"
     )
-    assert main(["calibrate", "--json"]) == DONE
-    said = json.loads(capsys.readouterr().out)
+    said = answered("calibrate")
     before_px, after_px = said["misfit_px"]
     assert after_px < 1 < before_px
     assert 0 < said["values"]["sonar.noise_mm"] < 20
@@ -267,8 +256,7 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert file.calibration.missing == []
     assert file.calibration.camera.standard_uncertainty["hfov_deg"] < 0.5
-    assert main(["calibrate", "--json"]) == DONE
-    again_px, _ = json.loads(capsys.readouterr().out)["misfit_px"]
+    again_px, _ = answered("calibrate")["misfit_px"]
     assert again_px == pytest.approx(after_px, abs=1)  # the same file in another drive, measured in the same way
 
 
@@ -329,19 +317,16 @@ def test_a_robot_without_bumper_whose_sonar_does_not_answer_does_not_drive(here,
 COLOR = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "green"\n'
 
 
-def test_a_colour_is_learned_and_used(here, capsys):
+def test_a_colour_is_learned_and_used(here, printed, answered):
     (here / "m.toml").write_text(COLOR)
-    assert main(["calibrate", "colors", "--json"]) == DONE
-    assert "100% now" in json.loads(capsys.readouterr().out)["remark"]
+    assert "100% now" in answered("calibrate", "colors")["remark"]
     shade = load_robot_file(here / "robot.toml").color["green"]
     assert shade.hue_deg == pytest.approx(127, abs=8)
-    assert main(["mission", "show", "m.toml", "--robot", "robot.toml"]) == DONE
-    assert re.search(rf"hue_deg +{shade.hue_deg:g}\b", capsys.readouterr().out)
+    assert re.search(rf"hue_deg +{shade.hue_deg:g}\b", printed("mission", "show", "m.toml", "--robot", "robot.toml"))
 
 
-def test_the_name_of_the_robot_file_can_be_pasted_into_a_command(capsys):
-    assert main(["calibrate", "colors", "--robot", "my robot.toml"]) == DONE
-    said = " ".join(capsys.readouterr().out.split())
+def test_the_name_of_the_robot_file_can_be_pasted_into_a_command(printed):
+    said = " ".join(printed("calibrate", "colors", "--robot", "my robot.toml").split())
     assert "with --robot 'my robot.toml', or with NXT_ROBOT='my robot.toml' in" in said
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, main
 from tests import small_mission
 
 MISSION = Mission.model_validate(
@@ -41,17 +41,16 @@ def _run(folder, seen: bool):
     return str(folder)
 
 
-def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
+def test_counts_of_runs_are_shown_and_kept(tmp_path, printed):
     runs = [_run(tmp_path / f"run-{number}", number > 1) for number in range(4)]
     out = tmp_path / "chances.json"
-    assert main(["chances", *runs, "--out", str(out)]) == DONE
-    assert "look again" in capsys.readouterr().out  # as the run itself printed it
+    assert "look again" in printed("chances", *runs, "--out", str(out))  # as the run itself printed it
     kept = json.loads(out.read_text())
     assert kept["counts"] == {"rescan/0.15/never_seen/0": [2, 2]}
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
 
 
-def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, capsys):
+def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, refused):
     (tmp_path / "runs").mkdir()
     for number in range(3):
         _run(tmp_path / "runs" / f"run-{number}", seen=True)
@@ -59,8 +58,7 @@ def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, capsys):
     assert main(["chances", str(tmp_path / "runs"), "--out", str(out)]) == DONE
     assert [each["name"] for each in json.loads(out.read_text())["sources"]] == ["run-0", "run-1", "run-2"]
     (tmp_path / "empty").mkdir()
-    assert main(["chances", str(tmp_path / "empty")]) == USAGE
-    assert "contains no journal.jsonl" in capsys.readouterr().err
+    assert "contains no journal.jsonl" in refused("chances", str(tmp_path / "empty"))
 
 
 def test_a_run_with_a_copy_in_its_folder_is_one_run(tmp_path):
@@ -79,10 +77,9 @@ def test_a_run_may_be_named_by_its_journal_or_be_the_current_folder(tmp_path, mo
         assert (source["name"], source["choices"]) == ("run-1", 1)
 
 
-def test_lines_of_something_else_are_refused_with_what_to_name(tmp_path, capsys):
+def test_lines_of_something_else_are_refused_with_what_to_name(tmp_path, refused):
     (tmp_path / "other.jsonl").write_text("{}\n")
-    assert main(["chances", str(tmp_path / "other.jsonl")]) == USAGE
-    assert "is not the file of a sweep" in (said := capsys.readouterr().err)
+    assert "is not the file of a sweep" in (said := refused("chances", str(tmp_path / "other.jsonl")))
     assert "Name run folders" in said
 
 
@@ -119,28 +116,26 @@ def test_earlier_counts_are_added(tmp_path):
     assert [each["name"] for each in kept["sources"]] == ["run-1", "run-2"]
 
 
-def test_counts_alone_are_shown(tmp_path, capsys):
+def test_counts_alone_are_shown(tmp_path, printed):
     out = tmp_path / "chances.json"
     counts = {"rescan/0.15/never_seen/0": [2, 2], "rescan/0.5/no_way/1": [1, 0], "wait/0.5/blocked_short/0": [0, 1]}
     out.write_text(json.dumps({"sources": [], "counts": counts}))
-    assert main(["chances", str(out)]) == DONE
-    shown = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    shown = [line.split("│")[1:-1] for line in printed("chances", str(out)).splitlines() if line.startswith("│")]
     assert [[each.strip() for each in row] for row in shown] == [["look again", "5", "0.60"], ["wait", "1", "0.00"]]
 
 
-def test_what_was_counted_is_not_counted_again(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_what_was_counted_is_not_counted_again(here, capsys):
     for number in range(2):
-        _run(tmp_path / f"run-{number}", seen=True)
+        _run(here / f"run-{number}", seen=True)
     command = ["chances", "run-0", "run-1/journal.jsonl", "chances.json", "--out", "chances.json"]
     assert main([*command[:3], "run-0", *command[4:]]) == DONE
-    once = json.loads((tmp_path / "chances.json").read_text())
+    once = json.loads((here / "chances.json").read_text())
     assert once["counts"] == {"rescan/0.15/never_seen/0": [2, 0]}
     assert main(command) == DONE
-    assert json.loads((tmp_path / "chances.json").read_text()) == once
+    assert json.loads((here / "chances.json").read_text()) == once
     assert "run-0 is not counted: run-0 is in the counts already." in capsys.readouterr().err
     assert main(["chances", "chances.json", *command[3:]]) == DONE
-    assert json.loads((tmp_path / "chances.json").read_text()) == once
+    assert json.loads((here / "chances.json").read_text()) == once
 
 
 @pytest.mark.parametrize(
@@ -153,20 +148,18 @@ def test_what_was_counted_is_not_counted_again(tmp_path, monkeypatch, capsys):
         '{"counts": {}, "sources": "runs"}',
     ],
 )
-def test_a_file_without_counts_is_refused(text, tmp_path, capsys):
+def test_a_file_without_counts_is_refused(text, tmp_path, refused):
     (tmp_path / "other.json").write_text(text)
-    assert main(["chances", str(tmp_path / "other.json")]) == USAGE
-    assert "has no counts. Name run folders" in capsys.readouterr().err.replace("\n", " ")
+    assert "has no counts. Name run folders" in refused("chances", str(tmp_path / "other.json")).replace("\n", " ")
 
 
-def test_a_run_of_another_profile_has_no_chances_to_count(tmp_path, capsys):
+def test_a_run_of_another_profile_has_no_chances_to_count(tmp_path, capsys, refused):
     run = _run(tmp_path / "run", seen=True)
     settings = MISSION.mission.model_copy(update={"profile": "thesis"})
     text = MISSION.model_copy(update={"mission": settings}).model_dump_json()
     (tmp_path / "run" / "mission.json").write_text(text)
     said = f"{run} is not counted: its profile thesis predicts no chances."
-    assert main(["chances", run]) == USAGE
-    assert said in capsys.readouterr().err
+    assert said in refused("chances", run)
     assert main(["chances", run, _run(tmp_path / "adaptive", seen=True)]) == DONE
     assert said in capsys.readouterr().err
 
@@ -182,10 +175,9 @@ def test_without_a_run_there_is_nothing_to_count(arguments, capsys):
 
 
 @pytest.mark.parametrize("command", ["chances", "explain-run"])
-def test_a_narrow_terminal_loses_no_text(command, tmp_path, capsys, monkeypatch):
+def test_a_narrow_terminal_loses_no_text(command, tmp_path, printed, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
-    assert main([command, _run(tmp_path / "run", seen=True)]) == DONE
-    lines = capsys.readouterr().out.splitlines()
+    lines = printed(command, _run(tmp_path / "run", seen=True)).splitlines()
     assert max(map(len, lines)) <= 40
     assert not any("…" in line for line in lines)
 

@@ -51,13 +51,12 @@ def test_the_advice_calibrates_the_robot_that_was_examined(capsys, words, option
     assert findings["calibration"]["remedy"] == f"Measure the robot: nxtdrive calibrate{options}"
 
 
-def test_a_wrong_robot_file_is_reported_before_the_motors_turn(capsys, monkeypatch, tmp_path):
+def test_a_wrong_robot_file_is_reported_before_the_motors_turn(capsys, refused, monkeypatch, tmp_path):
     monkeypatch.setenv("NXT_ROBOT", str(tmp_path / "none.toml"))
     _, report, findings = _examine(capsys, "--nxt", "sim://")
     assert report["problems"] == 1
     assert findings["calibration"]["verdict"] == "problem"
-    assert main(["doctor", "--nxt", "sim://", "--wiggle", "--yes"]) == USAGE
-    assert "NXT_ROBOT" in capsys.readouterr().err
+    assert "NXT_ROBOT" in refused("doctor", "--nxt", "sim://", "--wiggle", "--yes")
 
 
 def test_the_simulated_brick_is_examined_from_libusb_to_the_sensors(capsys):
@@ -127,9 +126,8 @@ def test_an_unknown_address_is_a_usage_error(capsys):
     assert main(["doctor", "--nxt", "warp://9", "--camera", "nowhere.png"]) == USAGE
 
 
-def test_the_report_for_people_has_one_line_each_and_the_remedy_below(capsys):
-    assert main(["doctor", "--nxt", "sim://"]) == DONE
-    out = capsys.readouterr().out
+def test_the_report_for_people_has_one_line_each_and_the_remedy_below(printed):
+    out = printed("doctor", "--nxt", "sim://")
     assert "\nok       battery" in out
     assert out.rstrip().endswith("No problems found.")
 
@@ -189,9 +187,8 @@ def test_installing_the_rule_makes_the_doctor_content(rules):
     assert udev.udev(needed=True, opened=True).verdict == "ok"
 
 
-def test_the_udev_instructions_hold_rule_and_commands(capsys):
-    assert main(["doctor", "--fix-udev"]) == DONE
-    out = capsys.readouterr().out
+def test_the_udev_instructions_hold_rule_and_commands(printed):
+    out = printed("doctor", "--fix-udev")
     assert UDEV_RULE in out
     assert "udevadm control --reload" in out
     assert "groupadd --system --force plugdev" in out
@@ -216,11 +213,10 @@ def test_install_belongs_to_fix_udev(capsys):
     assert main(["doctor", "--install"]) == USAGE
 
 
-def test_a_rule_that_root_cannot_write_is_an_error_with_a_way_out(capsys, monkeypatch, tmp_path):
+def test_a_rule_that_root_cannot_write_is_an_error_with_a_way_out(refused, monkeypatch, tmp_path):
     monkeypatch.setattr("os.geteuid", lambda: 0)
     monkeypatch.setattr("nxtdrive.host.access.UDEV_FILE", str(tmp_path / "nowhere" / "60-nxtdrive.rules"))
-    assert main(["doctor", "--fix-udev", "--install"]) == USAGE
-    assert "60-nxtdrive.rules: No such file or directory." in (err := capsys.readouterr().err)
+    assert "60-nxtdrive.rules: No such file or directory." in (err := refused("doctor", "--fix-udev", "--install"))
     assert "doctor --fix-udev" in err
 
 

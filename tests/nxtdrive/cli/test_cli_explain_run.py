@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.journal import JOURNAL_FORMAT
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, main
 
 ROOT = Path(__file__).parents[3]
 
@@ -52,12 +52,11 @@ def runs(tmp_path_factory) -> dict[str, Path]:
 
 
 @pytest.fixture
-def explained(capsys):
+def explained(printed):
     """Calls the command; gives what it says, as plain values with ``--json``."""
 
     def explain(path, *arguments):
-        assert main(["explain-run", str(path), *arguments]) == DONE
-        out = capsys.readouterr().out
+        out = printed("explain-run", path, *arguments)
         return json.loads(out) if "--json" in arguments else out
 
     return explain
@@ -231,14 +230,13 @@ def test_a_journal_of_the_second_format_is_reported(explained):
     assert "lena given up, search 1.4 s" in explained(SECOND_FORMAT)
 
 
-def test_a_journal_says_its_format_and_one_of_a_later_version_is_refused(runs, capsys, tmp_path):
+def test_a_journal_says_its_format_and_one_of_a_later_version_is_refused(runs, refused, tmp_path):
     first, *rest = (runs["thesis"] / "journal.jsonl").read_text(encoding="utf-8").splitlines()
     start = json.loads(first)
     assert start["format"] == JOURNAL_FORMAT
     later = tmp_path / "journal.jsonl"
     later.write_text("\n".join([json.dumps({**start, "format": JOURNAL_FORMAT + 1}), *rest]), encoding="utf-8")
-    assert main(["explain-run", str(later)]) == USAGE
-    assert f"reads formats up to {JOURNAL_FORMAT}" in capsys.readouterr().err
+    assert f"reads formats up to {JOURNAL_FORMAT}" in refused("explain-run", str(later))
 
 
 def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_path):
@@ -269,48 +267,40 @@ def test_a_run_without_a_decision_says_so(explained, tmp_path):
 @pytest.mark.parametrize(
     ("named", "meant"), [("cat-001", "cat-001"), ("runs/cat-01", "cat-001"), ("dog-002", "dog-002")]
 )
-def test_a_run_that_is_not_there_leads_to_the_one_of_a_similar_name(capsys, tmp_path, monkeypatch, named, meant):
+def test_a_run_that_is_not_there_leads_to_the_one_of_a_similar_name(refused, here, named, meant):
     for name in ("cat-001", "dog-002"):
-        (tmp_path / "runs" / name).mkdir(parents=True)
-        (tmp_path / "runs" / name / "journal.jsonl").touch()
-    monkeypatch.chdir(tmp_path)
-    assert main(["explain-run", named]) == USAGE
-    said = capsys.readouterr().err
+        (here / "runs" / name).mkdir(parents=True)
+        (here / "runs" / name / "journal.jsonl").touch()
+    said = refused("explain-run", named)
     assert f"there is no run {named}. Did you mean {Path('runs', meant)}?" in said
 
 
-def test_for_the_folder_of_all_runs_the_latest_one_is_named(capsys, tmp_path):
+def test_for_the_folder_of_all_runs_the_latest_one_is_named(refused, tmp_path):
     for name, written_s in (("cat-001", 10), ("cat-002", 30), ("dog-001", 20)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "journal.jsonl").touch()
         os.utime(tmp_path / name / "journal.jsonl", (written_s, written_s))
     (tmp_path / "notes.txt").touch()
-    assert main(["explain-run", str(tmp_path)]) == USAGE
-    assert f"Name the folder of one run, such as {tmp_path / 'cat-002'}." in capsys.readouterr().err
+    assert f"Name the folder of one run, such as {tmp_path / 'cat-002'}." in refused("explain-run", str(tmp_path))
 
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [(None, "contains no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],
 )
-def test_anything_that_is_not_a_run_gives_one_sentence(capsys, tmp_path, content, sentence):
+def test_anything_that_is_not_a_run_gives_one_sentence(refused, tmp_path, content, sentence):
     if content is not None:
         (tmp_path / "journal.jsonl").write_text(content)
-    assert main(["explain-run", str(tmp_path)]) == USAGE
-    printed = capsys.readouterr()
-    assert sentence in printed.err
-    assert "Traceback" not in printed.err
+    assert sentence in refused("explain-run", tmp_path)
 
 
-def test_a_folder_that_may_not_be_read_is_one_sentence(capsys, tmp_path, monkeypatch):
+def test_a_folder_that_may_not_be_read_is_one_sentence(refused, tmp_path, monkeypatch):
     def denied(path):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
     monkeypatch.setattr(os, "listdir", denied)
-    assert main(["explain-run", str(tmp_path)]) == USAGE
-    assert f"{tmp_path} cannot be read (Permission denied)" in capsys.readouterr().err
+    assert f"{tmp_path} cannot be read (Permission denied)" in refused("explain-run", str(tmp_path))
 
 
-def test_a_path_to_nothing_is_one_sentence(capsys, tmp_path):
-    assert main(["explain-run", str(tmp_path / "nowhere")]) == USAGE
-    assert "cannot be read" in capsys.readouterr().err
+def test_a_path_to_nothing_is_one_sentence(refused, tmp_path):
+    assert "cannot be read" in refused("explain-run", str(tmp_path / "nowhere"))

@@ -58,17 +58,15 @@ def test_what_is_reported_of_other_files_stays_out_of_standard_output(run, capsy
 
 
 @pytest.mark.parametrize("file", ["index.jsonl", "000001.jpg"])
-def test_no_format_replaces_what_the_camera_saw(run, capsys, file):
+def test_no_format_replaces_what_the_camera_saw(run, refused, file):
     recorded = run / "camera" / file
     before = recorded.read_bytes()
-    assert main(["export", str(run), "--csv", str(recorded)]) == USAGE
-    assert "cannot be written: the command reads it" in capsys.readouterr().err
+    assert "cannot be written: the command reads it" in refused("export", str(run), "--csv", str(recorded))
     assert recorded.read_bytes() == before
 
 
-def test_standard_output_takes_one_format(run, capsys):
-    assert main(["export", str(run), "--csv", "-", "--html", "-"]) == USAGE
-    assert "two formats have the same file" in capsys.readouterr().err
+def test_standard_output_takes_one_format(run, refused):
+    assert "two formats have the same file" in refused("export", str(run), "--csv", "-", "--html", "-")
 
 
 @pytest.mark.parametrize("option", ["--mcap", "--webm"])
@@ -81,29 +79,26 @@ def test_a_terminal_gets_no_binary_data(run, monkeypatch, capsys, option):
     assert f"`nxtdrive export '{run}' {option} - > FILE`" in captured.err
 
 
-def test_a_terminal_gets_a_text_escaped(run, monkeypatch, capsys):
+def test_a_terminal_gets_a_text_escaped(run, monkeypatch, printed):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    assert main(["export", str(run), "--csv", "-"]) == DONE
-    out = capsys.readouterr().out
+    out = printed("export", str(run), "--csv", "-")
     assert "start,idle" in out
     assert "\x1b" not in out
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("option", ["--mcap", "--webm"])
-def test_a_pipe_or_device_is_not_replaced(run, capsys, option):
+def test_a_pipe_or_device_is_not_replaced(run, refused, option):
     os.mkfifo("pipe")
-    assert main(["export", str(run), option, "pipe"]) == USAGE
-    assert "it is not a regular file" in capsys.readouterr().err
+    assert "it is not a regular file" in refused("export", str(run), option, "pipe")
     assert Path("pipe").is_fifo()
     assert os.listdir() == ["pipe"]
 
 
 @pytest.mark.parametrize("option", ["--html", "--csv", "--mcap", "--webm"])
 @pytest.mark.parametrize("name", [".", os.sep])
-def test_a_folder_is_not_replaced(run, capsys, option, name):
-    assert main(["export", str(run), option, name]) == USAGE
-    assert "cannot be written" in capsys.readouterr().err
+def test_a_folder_is_not_replaced(run, refused, option, name):
+    assert "cannot be written" in refused("export", str(run), option, name)
     assert os.listdir() == []
 
 

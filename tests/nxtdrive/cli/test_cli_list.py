@@ -1,6 +1,5 @@
 """``nxtdrive list``: addresses to copy, even if this computer lacks something."""
 
-import json
 import sys
 
 import pytest
@@ -9,7 +8,6 @@ import usb.backend.libusb1
 from serial.tools.list_ports_common import ListPortInfo
 
 from firmware_protocol.system import SetBrickName
-from nxtdrive.cli.main import DONE, main
 from nxtdrive.transports.address import Address
 from sim_backend.doors.usb_backend import UsbBackend
 from sim_backend.firmware.brick import SimBrick
@@ -32,11 +30,6 @@ def no_ports(monkeypatch, bluetoothctl):
 @pytest.fixture
 def no_libusb(monkeypatch):
     monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda *_, **__: None)
-
-
-def _listed(capsys):
-    assert main(["list", "--json"]) == DONE
-    return json.loads(capsys.readouterr().out)
 
 
 class Cable:
@@ -67,33 +60,32 @@ def _plug(monkeypatch, serial_number, reason=None):
     return brick
 
 
-def test_the_simulated_brick_is_always_there(no_libusb, capsys):
-    assert _listed(capsys)["bricks"] == [{"address": "sim://", "what": "the simulated brick"}]
+def test_the_simulated_brick_is_always_there(no_libusb, answered):
+    assert answered("list")["bricks"] == [{"address": "sim://", "what": "the simulated brick"}]
 
 
-def test_a_missing_libusb_is_a_note(no_libusb, capsys):
-    assert "libusb" in _listed(capsys)["notes"][0]
-    assert main(["list"]) == DONE
-    assert "note: " in capsys.readouterr().out
+def test_a_missing_libusb_is_a_note(no_libusb, printed, answered):
+    assert "libusb" in answered("list")["notes"][0]
+    assert "note: " in printed("list")
 
 
-def test_a_brick_on_usb_goes_by_its_serial_number_and_says_its_name(monkeypatch, capsys):
+def test_a_brick_on_usb_goes_by_its_serial_number_and_says_its_name(monkeypatch, answered):
     brick = _plug(monkeypatch, "0016530a1b2c")
     brick.receive(SetBrickName("Robot 7").encode())
-    found = _listed(capsys)
+    found = answered("list")
     assert found["bricks"][0] == {"address": "usb://0016530A1B2C", "what": "brick on USB, called Robot 7"}
     assert found["notes"] == []
 
 
 @pytest.mark.parametrize(("reason", "says"), [(BlockingIOError(), "in use"), (OSError(), "does not answer")])
-def test_a_brick_on_usb_that_cannot_be_asked_is_listed_all_the_same(monkeypatch, capsys, reason, says):
+def test_a_brick_on_usb_that_cannot_be_asked_is_listed_all_the_same(monkeypatch, answered, reason, says):
     _plug(monkeypatch, "0016530a1b2c", reason)
-    (place, _) = _listed(capsys)["bricks"]
+    (place, _) = answered("list")["bricks"]
     assert place["address"] == "usb://0016530A1B2C"
     assert says in place["what"]
 
 
-def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, capsys):
+def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, answered):
     ports = [
         _port("/dev/ttyUSB0", "FT232R"),
         _port("/dev/rfcomm0"),
@@ -101,7 +93,7 @@ def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, c
         _port("/dev/tty.NXT-DevB"),
     ]
     monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: ports)
-    places = _listed(capsys)["bricks"]
+    places = answered("list")["bricks"]
     marked = [place["address"] for place in places if "Bluetooth" in place["what"]]
     assert sorted(marked) == ["serial:///dev/rfcomm0", "serial:///dev/tty.NXT-DevB", "serial://COM5"]
     assert [place["address"] for place in places[3:]] == ["serial:///dev/ttyUSB0", "sim://"]
@@ -109,23 +101,23 @@ def test_bluetooth_ports_come_before_others_and_say_so(no_libusb, monkeypatch, c
 
 
 @LINUX
-def test_paired_bricks_are_addresses_to_copy(no_libusb, bluetoothctl, capsys):
+def test_paired_bricks_are_addresses_to_copy(no_libusb, bluetoothctl, answered):
     bluetoothctl(
         "echo Device 00:16:53:0A:1B:2D; echo Device 11:22:33:44:55:66 NXT; echo Device 00:16:53:0A:1B:2C my NXT"
     )
-    assert _listed(capsys)["bricks"][:-1] == [
+    assert answered("list")["bricks"][:-1] == [
         {"address": "bt://00:16:53:0A:1B:2C", "what": "paired LEGO brick my NXT"},
         {"address": "bt://00:16:53:0A:1B:2D", "what": "paired LEGO brick"},
     ]
 
 
 @LINUX
-def test_bluetooth_that_cannot_be_asked_is_a_note(no_libusb, bluetoothctl, capsys):
+def test_bluetooth_that_cannot_be_asked_is_a_note(no_libusb, bluetoothctl, answered):
     bluetoothctl("exit 1")
-    assert "systemctl start bluetooth" in _listed(capsys)["notes"][1]
+    assert "systemctl start bluetooth" in answered("list")["notes"][1]
 
 
-def test_every_address_can_be_parsed(no_libusb, monkeypatch, capsys):
+def test_every_address_can_be_parsed(no_libusb, monkeypatch, answered):
     monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: [_port("/dev/rfcomm0"), _port("COM5")])
-    for place in _listed(capsys)["bricks"]:
+    for place in answered("list")["bricks"]:
         assert str(Address.parse(place["address"])) == place["address"]

@@ -31,9 +31,8 @@ def bad(tmp_path):
     return path
 
 
-def test_a_good_file_is_called_good(good, capsys):
-    assert main(["mission", "check", str(good)]) == DONE
-    assert "good.toml: good" in capsys.readouterr().out
+def test_a_good_file_is_called_good(good, printed):
+    assert "good.toml: good" in printed("mission", "check", str(good))
 
 
 def test_every_mistake_of_every_file_is_listed(good, bad, tmp_path, capsys):
@@ -65,21 +64,19 @@ GONE = '[target.t{}]\ndetector = "picture"\npictures = ["gone.png"]\n'
 
 
 @pytest.mark.parametrize(("target", "mistakes"), [(RED, 1), (GONE, 1 + MAX_TARGETS)])
-def test_a_mission_with_more_targets_than_fit_in_memory_is_refused(tmp_path, capsys, target, mistakes):
+def test_a_mission_with_more_targets_than_fit_in_memory_is_refused(tmp_path, refused, target, mistakes):
     path = tmp_path / "many.toml"
     path.write_text('[mission]\ntargets = ["t0"]\n' + "".join(map(target.format, range(2 * MAX_TARGETS))))
-    assert main(["mission", "check", str(path)]) == 2
-    said = capsys.readouterr().err
+    said = refused("mission", "check", str(path))
     assert f"many.toml: {mistakes} mistake" in said
     assert f"target: must have at most {MAX_TARGETS} entries" in said
 
 
 @pytest.mark.parametrize("picture", ["lena.png", "gone.png"])
-def test_a_target_with_more_pictures_than_fit_in_memory_is_refused(tmp_path, capsys, picture):
+def test_a_target_with_more_pictures_than_fit_in_memory_is_refused(tmp_path, refused, picture):
     path, pictures = tmp_path / "many.toml", [picture] * 2 * MAX_PICTURES
     path.write_text(f'[mission]\ntargets = ["t"]\n[target.t]\ndetector = "picture"\npictures = {pictures}\n')
-    assert main(["mission", "check", str(path)]) == 2
-    said = capsys.readouterr().err
+    said = refused("mission", "check", str(path))
     assert f"many.toml: {1 if picture == 'lena.png' else 1 + MAX_PICTURES} mistake" in said
     assert f"target.t.pictures: must have at most {MAX_PICTURES} entries" in said
 
@@ -148,13 +145,12 @@ def _picture(folder, width, height):
         ((210, 280), "height_mm = 20", "Is it in centimetres?"),
     ],
 )
-def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path, capsys):
+def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path, printed):
     path = tmp_path / "size.toml"
     picture = _picture(tmp_path, *size)
     head = '[mission]\ntargets = ["cat"]\n[target.cat]\ndetector = "picture"\n'
     path.write_text(f'{head}pictures = ["{picture}"]\n{keys}\n', encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    out = capsys.readouterr().out
+    out = printed("mission", "check", str(path))
     assert (expected or "good") in out
     assert ("warning" in out) is (expected is not None)
 
@@ -162,15 +158,13 @@ def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path
 @pytest.mark.parametrize(
     ("keys", "usual"), [('detector = "marker"\nid = 7', 150), ('detector = "qr"\ntext = "7"', 160)]
 )
-def test_a_marker_or_code_without_a_height_is_a_warning(keys, usual, tmp_path, capsys):
+def test_a_marker_or_code_without_a_height_is_a_warning(keys, usual, tmp_path, printed):
     path = tmp_path / "sheet.toml"
     path.write_text(f'[mission]\ntargets = ["sheet"]\n[target.sheet]\n{keys}\n', encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    out = capsys.readouterr().out
+    out = printed("mission", "check", str(path))
     assert f"height_mm is missing, so 297 is assumed; the sheet that `nxtdrive mission new` writes has {usual}" in out
     path.write_text(f"{path.read_text(encoding='utf-8')}height_mm = {usual}\n", encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    assert "warning" not in capsys.readouterr().out
+    assert "warning" not in printed("mission", "check", str(path))
 
 
 def test_a_run_begins_with_the_warnings(tmp_path, capsys):
@@ -187,9 +181,8 @@ def test_mistakes_as_json(good, bad, capsys):
     assert len(second["mistakes"]) == 2
 
 
-def test_show_prints_numbers_and_table(good, capsys):
-    assert main(["mission", "show", str(good)]) == DONE
-    text = capsys.readouterr().out
+def test_show_prints_numbers_and_table(good, printed):
+    text = printed("mission", "show", str(good))
     assert transition_table() in text
     assert mermaid() not in text
     rows = {line[2:].split()[0]: line for line in text.splitlines() if line.startswith(("* ", "  ")) and line.strip()}
@@ -200,36 +193,30 @@ def test_show_prints_numbers_and_table(good, capsys):
     assert rows["fixed_wait_s"].split()[1] == "none"
 
 
-def test_show_prints_the_diagram_alone(good, capsys):
-    assert main(["mission", "show", "--diagram", str(good)]) == DONE
-    assert capsys.readouterr().out.rstrip() == mermaid().rstrip()
+def test_show_prints_the_diagram_alone(good, printed):
+    assert printed("mission", "show", "--diagram", str(good)).rstrip() == mermaid().rstrip()
 
 
-def test_show_says_which_profiles_numbers_count(good, capsys):
-    assert main(["mission", "show", str(good)]) == DONE
-    text = capsys.readouterr().out
+def test_show_says_which_profiles_numbers_count(good, printed):
+    text = printed("mission", "show", str(good))
     assert "[adaptive]\n" in text
     assert "[thesis]   no effect except continue_every_s: the profile is adaptive" in text
 
 
-def test_show_says_nothing_of_numbers_that_a_profile_from_a_package_may_use(tmp_path, capsys, monkeypatch):
-    (tmp_path / "eager.py").write_text("from behaviors.profiles.adaptive import AdaptiveProfile as Eager\n")
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "mission.toml"
+def test_show_says_nothing_of_numbers_that_a_profile_from_a_package_may_use(here, printed):
+    (here / "eager.py").write_text("from behaviors.profiles.adaptive import AdaptiveProfile as Eager\n")
+    path = here / "mission.toml"
     assert main(["mission", "new", str(path)]) == DONE
     path.write_text(path.read_text().replace('profile = "adaptive"', 'profile = "eager:Eager"'))
-    assert main(["mission", "show", str(path)]) == DONE
-    assert "no effect" not in capsys.readouterr().out
+    assert "no effect" not in printed("mission", "show", str(path))
 
 
-def test_show_without_a_file_is_the_built_in_mission(capsys):
-    assert main(["mission", "show", "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["mission"]["targets"] == ["lena", "rilakkuma"]
+def test_show_without_a_file_is_the_built_in_mission(answered):
+    assert answered("mission", "show")["mission"]["targets"] == ["lena", "rilakkuma"]
 
 
-def test_show_of_a_bad_file_is_one_message(bad, capsys):
-    assert main(["mission", "show", str(bad)]) == USAGE
-    assert "2 mistakes" in capsys.readouterr().err
+def test_show_of_a_bad_file_is_one_message(bad, refused):
+    assert "2 mistakes" in refused("mission", "show", str(bad))
 
 
 def test_a_new_file_is_good_and_never_overwritten(tmp_path, capsys):
@@ -242,9 +229,8 @@ def test_a_new_file_is_good_and_never_overwritten(tmp_path, capsys):
     assert "exists already" in capsys.readouterr().err
 
 
-def test_a_new_file_that_cannot_be_written_is_one_sentence(tmp_path, capsys):
-    assert main(["mission", "new", str(tmp_path / "nowhere" / "new.toml")]) == USAGE
-    assert "cannot be written" in capsys.readouterr().err
+def test_a_new_file_that_cannot_be_written_is_one_sentence(tmp_path, refused):
+    assert "cannot be written" in refused("mission", "new", str(tmp_path / "nowhere" / "new.toml"))
 
 
 def test_the_template_says_the_defaults(tmp_path):
@@ -273,26 +259,21 @@ def test_a_robot_file_describes_the_robot_of_the_built_in_mission_too(tmp_path, 
     assert (mission.robot.left, mission.camera.hfov_deg) == ("A", 70)
 
 
-def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, capsys):
+def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, printed):
     path = tmp_path / "face.toml"
     text = '[mission]\ntargets = ["face"]\n[target.face]\ndetector = "haar"\n'
     path.write_text(text, encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    said = " ".join(capsys.readouterr().out.split())
+    said = " ".join(printed("mission", "check", str(path)).split())
     assert "target.face: height_mm is missing, so 297 is assumed, that of an A4 sheet; 200 is usual for a face." in said
     path.write_text(text + 'cascade = "haarcascade_eye"\n', encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    assert "so 297 is assumed, that of an A4 sheet. Measure" in " ".join(capsys.readouterr().out.split())
+    assert "so 297 is assumed, that of an A4 sheet. Measure" in " ".join(printed("mission", "check", str(path)).split())
     path.write_text(text + "height_mm = 200\n", encoding="utf-8")
-    assert main(["mission", "check", str(path)]) == DONE
-    assert "height_mm" not in capsys.readouterr().out
+    assert "height_mm" not in printed("mission", "check", str(path))
 
 
 @pytest.mark.parametrize("written", ["cat", "cat.tml", "cats.toml"])
-def test_a_mission_by_a_name_that_is_nearly_right_is_suggested(written, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "cat.toml").touch()
-    (tmp_path / "cat.d").mkdir()
+def test_a_mission_by_a_name_that_is_nearly_right_is_suggested(written, here, refused):
+    (here / "cat.toml").touch()
+    (here / "cat.d").mkdir()
     for command in (["run"], ["mission", "check"], ["doctor", "--mission"]):
-        assert main([*command, written]) == USAGE
-        assert "cannot be read (No such file or directory). Did you mean cat.toml?" in capsys.readouterr().err
+        assert "cannot be read (No such file or directory). Did you mean cat.toml?" in refused(*command, written)

@@ -140,8 +140,7 @@ def _losing(simulation: Simulation, **away: tuple[tuple[int, int], ...]) -> SimT
 
 
 @pytest.mark.parametrize("part", ["camera", "link"])
-def test_what_stays_away_ends_the_mission_with_a_sentence(tmp_path, small, capsys, monkeypatch, part):
-    monkeypatch.chdir(tmp_path)
+def test_what_stays_away_ends_the_mission_with_a_sentence(here, small, capsys, part):
     away = {f"{part}_ms": ((3000, 10**9),)}
     with shared(f"without{part}", partial(_losing, Simulation("open"), **away)) as address:
         assert main(["run", str(small), "--nxt", address, "--no-video"]) == LINK_LOST
@@ -149,7 +148,7 @@ def test_what_stays_away_ends_the_mission_with_a_sentence(tmp_path, small, capsy
     assert f"{part} lost after" in printed.out
     assert printed.err.startswith("nxtdrive: ")
     assert printed.err.count("\n") == 1
-    assert _summary(tmp_path)["ending"] == f"{part}_lost"
+    assert _summary(here)["ending"] == f"{part}_lost"
 
 
 class Refusing(SimTransport):
@@ -161,24 +160,20 @@ class Refusing(SimTransport):
 
 
 @pytest.mark.slow
-def test_a_brick_that_keeps_refusing_ends_the_mission_with_the_exit_code_of_a_refusal(
-    tmp_path, small, capsys, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
+def test_a_brick_that_keeps_refusing_ends_the_mission_with_the_exit_code_of_a_refusal(here, small, capsys):
     with shared("refusing", partial(Refusing, Simulation("open"))) as address:
         assert main(["run", str(small), "--nxt", address, "--no-video"]) == REFUSED
     assert "the brick refused" in capsys.readouterr().err
-    assert _summary(tmp_path)["ending"] == "link_lost"
+    assert _summary(here)["ending"] == "link_lost"
 
 
-def test_a_recording_as_camera_that_is_at_its_end_is_not_waited_for(tmp_path, small, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    images = tmp_path / "images"
+def test_a_recording_as_camera_that_is_at_its_end_is_not_waited_for(here, small, capsys):
+    images = here / "images"
     images.mkdir()
     for i in range(3):
         cv2.imwrite(str(images / f"{i}.png"), np.full((48, 64, 3), 128, np.uint8))
     arguments = ["run", str(small), "--nxt", "sim://open", "--camera", str(images), "--no-video"]
     assert main(arguments) == LINK_LOST
     assert "is at its end" in capsys.readouterr().err
-    assert _summary(tmp_path)["ending"] == "camera_lost"
-    assert _summary(tmp_path)["duration_s"] < 5.0
+    assert _summary(here)["ending"] == "camera_lost"
+    assert _summary(here)["duration_s"] < 5.0

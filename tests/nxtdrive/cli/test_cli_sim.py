@@ -129,10 +129,9 @@ def test_ctrl_c_ends_it_as_well(server, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["serial", "tcp", "nxt-server"])
-def test_the_driver_runs_through_the_door(server, scheme, capsys):
+def test_the_driver_runs_through_the_door(server, scheme, answered):
     (nxt,) = (door for door in _serving(server)["doors"] if door.startswith(scheme))
-    assert main(["info", "--nxt", nxt, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["firmware"] == "1.29"
+    assert answered("info", "--nxt", nxt)["firmware"] == "1.29"
     _end(server, signal.SIGTERM)
 
 
@@ -190,9 +189,8 @@ def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
         (["--pty", "/nowhere/nxt"], "/nowhere/nxt"),
     ],
 )
-def test_what_cannot_be_served_gives_one_sentence(words, hint, tmp_path, capsys):
-    assert main(["sim", "serve", "--pty", str(tmp_path / "nxt"), *words]) == USAGE
-    assert hint in capsys.readouterr().err
+def test_what_cannot_be_served_gives_one_sentence(words, hint, tmp_path, refused):
+    assert hint in refused("sim", "serve", "--pty", str(tmp_path / "nxt"), *words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -202,11 +200,8 @@ def test_a_port_in_use_is_one_sentence(capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_without_a_door_there_is_nothing_to_serve(capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["sim", "serve"])
-    assert left.value.code == USAGE
-    assert "say how programs connect: --pty LINK, --tcp PORT, --nxt-server" in capsys.readouterr().err
+def test_without_a_door_there_is_nothing_to_serve(refused):
+    assert "say how programs connect: --pty LINK, --tcp PORT, --nxt-server" in refused("sim", "serve")
 
 
 @pytest.mark.slow
@@ -228,8 +223,7 @@ def test_a_port_in_use_is_reported_in_the_systems_words(door, capsys):
     assert errors.count("\n") == 1
 
 
-def test_a_host_that_is_not_known_is_reported_in_the_systems_words(capsys):
-    assert main(["sim", "serve", "--tcp", "0", "--host", "nowhere.invalid"]) == USAGE
-    errors = capsys.readouterr().err
+def test_a_host_that_is_not_known_is_reported_in_the_systems_words(refused):
+    errors = refused("sim", "serve", "--tcp", "0", "--host", "nowhere.invalid")
     assert errors.startswith("nxtdrive: cannot listen on nowhere.invalid, port 0: ")
     assert "bind" not in errors

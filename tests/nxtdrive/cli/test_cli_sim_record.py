@@ -41,11 +41,10 @@ GetOutputState port=B
 
 
 @pytest.fixture
-def script(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def script(here):
 
     def write(text, name="questions.txt"):
-        path = tmp_path / name
+        path = here / name
         path.write_text(text)
         return str(path)
 

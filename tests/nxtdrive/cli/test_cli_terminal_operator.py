@@ -21,7 +21,7 @@ from behaviors.evidence import Evidence
 from behaviors.operator import question
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT
 from behaviors.thesis.policy import ThesisPolicy
-from nxtdrive.cli.main import NOT_ACHIEVED, USAGE, main
+from nxtdrive.cli.main import NOT_ACHIEVED
 from nxtdrive.cli.terminal_operator import TerminalOperator
 from nxtdrive.recording.status_line import StatusLine
 
@@ -86,11 +86,9 @@ def test_the_operator_stops_the_mission(asked, lines):
         asked(*lines)
 
 
-def test_without_a_terminal_it_is_a_usage_error(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
+def test_without_a_terminal_it_is_a_usage_error(refused, monkeypatch, here):
     monkeypatch.setattr("sys.stdin", io.StringIO("1\n"))
-    assert main(["run", "--confirm-recovery"]) == USAGE
-    assert "needs a terminal" in capsys.readouterr().err
+    assert "needs a terminal" in refused("run", "--confirm-recovery")
     assert not Path("runs").exists()
 
 

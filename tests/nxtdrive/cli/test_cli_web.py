@@ -27,16 +27,14 @@ from nxtdrive.tools.web.missions import Missions
         (["--classroom", "2", "--out", __file__], "cannot keep the run there"),
     ],
 )
-def test_mistakes_are_reported(arguments, says, capsys):
-    assert main(["web", "--port", "0", *arguments]) == 2
-    assert says in capsys.readouterr().err
+def test_mistakes_are_reported(arguments, says, refused):
+    assert says in refused("web", "--port", "0", *arguments)
 
 
-def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, capsys):
+def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, refused):
     file = tmp_path / "classroom.toml"
     file.write_text('[[robot]]\nname = "Ada"\nnxt = "usv://"\n[[robot]]\nname = ""\ncolor = 3\n', encoding="utf-8")
-    assert main(["web", "--port", "0", "--classroom", str(file)]) == 2
-    error = capsys.readouterr().err
+    error = refused("web", "--port", "0", "--classroom", str(file))
     assert "3 mistakes" in error
     for part in ("robot[0].nxt", "robot[1].name", "robot[1].color"):
         assert part in error
@@ -49,33 +47,30 @@ def test_a_mission_is_no_classroom(tmp_path, capsys):
     assert "is a mission file, not a classroom. Choose the mission on the page" in capsys.readouterr().err
 
 
-def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
+def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, refused):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
-    assert main(["web", "--port", "0", "--folder", str(tmp_path)]) == 2
-    said = capsys.readouterr().err
+    said = refused("web", "--port", "0", "--folder", str(tmp_path))
     assert "robot.radius_mm" in said
     assert "NXT_ROBOT" not in said
 
 
-def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_path, monkeypatch, capsys):
+def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_path, monkeypatch, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     named = tmp_path / "named.toml"
     named.write_text("[robot]\naxle_track_mm = 1\n", encoding="utf-8")
     monkeypatch.setenv("NXT_ROBOT", str(named))
-    assert main(["web", "--port", "0", "--folder", str(tmp_path)]) == 2
-    said = capsys.readouterr().err
+    said = refused("web", "--port", "0", "--folder", str(tmp_path))
     assert "robot.axle_track_mm" in said
     assert "radius_mm" not in said
 
 
-def test_a_missions_folder_is_that_of_its_file(tmp_path, monkeypatch, capsys):
+def test_a_missions_folder_is_that_of_its_file(tmp_path, monkeypatch, refused):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     mission = tmp_path / "m1.toml"
     mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = 7\n', encoding="utf-8")
-    assert main(["web", "--port", "0", "--mission", str(mission)]) == 2
-    assert "robot.radius_mm" in capsys.readouterr().err
+    assert "robot.radius_mm" in refused("web", "--port", "0", "--mission", str(mission))
 
 
 def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):

@@ -37,16 +37,13 @@ height_mm = 297
 """.replace("LENA", (WORLDS.parent / "pictures" / "lena.png").as_posix())
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("here")
 
 
-def test_a_new_room_is_the_pages_example_and_good(capsys):
+def test_a_new_room_is_the_pages_example_and_good(printed):
     assert main(["world", "new", "room.toml"]) == DONE
     assert Path("room.toml").read_text(encoding="utf-8") == EXAMPLE
-    assert main(["world", "check", "room.toml"]) == DONE
-    assert "room.toml: good" in capsys.readouterr().out
+    assert "room.toml: good" in printed("world", "check", "room.toml")
 
 
 @pytest.mark.nightly
@@ -60,29 +57,25 @@ def test_the_pages_fragments_fit_into_its_example(fragment):
     parse_world(tomllib.loads(EXAMPLE + fragment), Path("example.toml"))
 
 
-def test_a_room_is_overwritten_only_with_force(capsys):
+def test_a_room_is_overwritten_only_with_force(refused):
     Path("room.toml").write_text("mine", encoding="utf-8")
-    assert main(["world", "new", "room.toml"]) == USAGE
-    assert "room.toml exists already" in capsys.readouterr().err
+    assert "room.toml exists already" in refused("world", "new", "room.toml")
     assert main(["world", "new", "room.toml", "--force"]) == DONE
-    assert main(["world", "new", "room"]) == USAGE
-    assert "room is the name of a bundled world. Write room.toml." in capsys.readouterr().err
+    assert "room is the name of a bundled world. Write room.toml." in refused("world", "new", "room")
     assert Path("room.toml").read_text(encoding="utf-8") == EXAMPLE
 
 
-def test_a_room_whose_name_is_too_long_is_refused_by_that_name(capsys):
+def test_a_room_whose_name_is_too_long_is_refused_by_that_name(refused):
     name = 300 * "x"
-    assert main(["world", "new", name]) == USAGE
-    assert f"nxtdrive: {name} cannot be written" in capsys.readouterr().err
+    assert f"nxtdrive: {name} cannot be written" in refused("world", "new", name)
 
 
-def test_every_bundled_room_is_good(capsys):
+def test_every_bundled_room_is_good(printed):
     names = sorted(path.stem for path in WORLDS.glob("*.toml"))
-    assert main(["world", "check", *names]) == DONE
-    assert capsys.readouterr().out.split("\n")[:-1] == [f"{name}: good" for name in names]
+    assert printed("world", "check", *names).split("\n")[:-1] == [f"{name}: good" for name in names]
 
 
-def test_mistakes_of_several_files_are_listed_with_the_images_that_cannot_be_read(capsys):
+def test_mistakes_of_several_files_are_listed_with_the_images_that_cannot_be_read(capsys, refused):
     text = EXAMPLE.replace("start_mm = [500, 1400]", "start_mm = [1700, 500]")
     Path("bad.toml").write_text(text, encoding="utf-8")
     Path("cat.jpg").write_text("no image", encoding="utf-8")
@@ -93,19 +86,17 @@ def test_mistakes_of_several_files_are_listed_with_the_images_that_cannot_be_rea
     assert nowhere[0].startswith("there is no world file nowhere")
     assert image == ["pictures[0].file: cat.jpg is not an image OpenCV can read. Use a PNG or JPEG file."]
     assert good == []
-    assert main(["world", "check", "bad.toml"]) == USAGE
-    assert capsys.readouterr().err.startswith("bad.toml: 1 mistake\n  robot.start_mm")
+    assert refused("world", "check", "bad.toml").startswith("bad.toml: 1 mistake\n  robot.start_mm")
 
 
 @pytest.mark.parametrize(
     ("key", "odd", "said"),
     [("size_mm", "[297, 210]", "is stretched"), ("centre_height_mm", "1500", "only from far away")],
 )
-def test_a_picture_that_is_stretched_or_hangs_too_high_is_warned_of(key, odd, said, capsys):
+def test_a_picture_that_is_stretched_or_hangs_too_high_is_warned_of(key, odd, said, printed):
     plain = EXAMPLE.replace("size_mm = [210, 297]", "")
     Path("odd.toml").write_text(plain.replace('name = "lena"', f'name = "lena"\n{key} = {odd}', 1), encoding="utf-8")
-    assert main(["world", "check", "odd.toml"]) == DONE
-    good, warning = capsys.readouterr().out.splitlines()
+    good, warning = printed("world", "check", "odd.toml").splitlines()
     assert good == "odd.toml: good"
     assert warning.startswith(f"  warning: pictures[0].{key}: ")
     assert said in warning
@@ -167,10 +158,9 @@ SMALL_ROOM = "[floor]\nsize_mm = [400, 300]\n[robot]\nstart_mm = [150, 150]\n"
     ],
     ids=["faces the wall", "closed", "print in cm", "print in m", "in the desk", "room in cm"],
 )
-def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a_run(world, warning, capsys):
+def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a_run(world, warning, capsys, printed):
     Path("odd.toml").write_text(world, encoding="utf-8")
-    assert main(["world", "check", "odd.toml"]) == DONE
-    assert capsys.readouterr().out == f"odd.toml: good\n  warning: {warning}\n"
+    assert printed("world", "check", "odd.toml") == f"odd.toml: good\n  warning: {warning}\n"
     Path("short.toml").write_text(SHORT, encoding="utf-8")
     main(["run", "short.toml", "--nxt", "sim://odd.toml", "--no-video"])
     assert capsys.readouterr().err.startswith(f"nxtdrive: warning: odd.toml: {warning}\n")
@@ -184,20 +174,18 @@ def test_a_room_in_which_the_robot_cannot_succeed_is_warned_of_by_check_and_by_a
         "robot = true\nto_mm = [3000, 1500]\nfacing_deg = 0",
     ],
 )
-def test_a_closed_room_that_an_event_opens_is_not_warned_of(what, capsys):
+def test_a_closed_room_that_an_event_opens_is_not_warned_of(what, printed):
     event = f'[[events]]\nname = "change"\nwhen = {{ at_s = 1 }}\n{what}\n'
     Path("odd.toml").write_text(CLOSED + event, encoding="utf-8")
-    assert main(["world", "check", "odd.toml"]) == DONE
-    assert capsys.readouterr().out == "odd.toml: good\n"
+    assert printed("world", "check", "odd.toml") == "odd.toml: good\n"
 
 
 @pytest.mark.parametrize("more", ["mass_kg = 0.2", ""])
-def test_a_box_that_closes_the_doorway_is_warned_of_unless_it_can_be_pushed(more, capsys):
+def test_a_box_that_closes_the_doorway_is_warned_of_unless_it_can_be_pushed(more, printed):
     doorway = CLOSED.replace("to_mm = [2000, 3000]", "to_mm = [2000, 2500]")
     box = f'[[boxes]]\nname = "crate"\nat_mm = [2000, 2750]\nsize_mm = [300, 480]\nheight_mm = 300\n{more}\n'
     Path("odd.toml").write_text(doorway + box, encoding="utf-8")
-    assert main(["world", "check", "odd.toml"]) == DONE
-    assert ("no path leads" in capsys.readouterr().out) == (not more)
+    assert ("no path leads" in printed("world", "check", "odd.toml")) == (not more)
 
 
 @pytest.mark.parametrize(
@@ -208,20 +196,18 @@ def test_a_box_that_closes_the_doorway_is_warned_of_unless_it_can_be_pushed(more
         ("[4, 0.9]", "floor.size_mm: no robot fits in; if that is in metres, write [4000, 900]"),
     ],
 )
-def test_a_room_in_which_no_robot_fits_is_refused_with_the_unit_that_was_probably_meant(size, said, capsys):
+def test_a_room_in_which_no_robot_fits_is_refused_with_the_unit_that_was_probably_meant(size, said, refused):
     room = f"[floor]\nsize_mm = {size}\n[robot]\nstart_mm = [50, 45]\n"
     Path("small.toml").write_text(room, encoding="utf-8")
-    assert main(["world", "check", "small.toml"]) == USAGE
-    assert said in capsys.readouterr().err
+    assert said in refused("world", "check", "small.toml")
 
 
-def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(capsys):
+def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(refused):
     Path("cat.jpg").write_text("no image", encoding="utf-8")
     text = EXAMPLE.replace('name = "lena"', 'name = "lena"\nfile = "cat.jpg"').replace('"crate"\n', '"cat.jpg"\n')
     text = text.replace("heading_deg = 270", "heading = 270")
     Path("bad.toml").write_text(text, encoding="utf-8")
-    assert main(["world", "check", "bad.toml"]) == USAGE
-    report = capsys.readouterr().err
+    report = refused("world", "check", "bad.toml")
     assert report.startswith("bad.toml: 3 mistakes")
     for path in ("robot.heading", "pictures[0].file: cat.jpg is not", "boxes[0].texture: cat.jpg is not"):
         assert path in report
@@ -235,9 +221,8 @@ def test_a_program_that_meets_an_unreadable_image_names_it_without_a_list_of_tex
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in WORLDS.glob("*.toml")))
-def test_a_room_is_drawn_as_text_with_all_names_and_its_size(name, capsys):
-    assert main(["world", "show", name]) == DONE
-    text, world = capsys.readouterr().out, load_world(name)
+def test_a_room_is_drawn_as_text_with_all_names_and_its_size(name, printed):
+    text, world = printed("world", "show", name), load_world(name)
     drawing = text[: text.rindex("+")]
     for each in (*world.pictures, *world.boxes):
         assert each.name in text
@@ -247,22 +232,20 @@ def test_a_room_is_drawn_as_text_with_all_names_and_its_size(name, capsys):
 
 
 @pytest.mark.parametrize(("columns", "widest"), [(40, 40), (5, 22), (200, 74)])
-def test_a_room_is_drawn_as_text_no_wider_than_the_terminal(columns, widest, capsys, monkeypatch):
+def test_a_room_is_drawn_as_text_no_wider_than_the_terminal(columns, widest, printed, monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", str(columns))
-    assert main(["world", "show", "arena"]) == DONE
-    text = capsys.readouterr().out
+    text = printed("world", "show", "arena")
     drawing = text[: text.rindex("+") + 1]
     assert {len(line) for line in drawing.splitlines()} == {widest}
     assert "<lena" in drawing
 
 
-def test_a_room_is_drawn_as_an_image(capsys):
+def test_a_room_is_drawn_as_an_image(refused):
     assert main(["world", "show", "arena", "--out", "arena.png"]) == DONE
     image = cv2.imread("arena.png")
     assert len(np.unique(image @ (1, 256, 256**2))) > 10
-    assert main(["world", "show", "arena", "--out", "nowhere/arena.png"]) == USAGE
-    assert capsys.readouterr().err.count("cannot be written") == 1
+    assert refused("world", "show", "arena", "--out", "nowhere/arena.png").count("cannot be written") == 1
 
 
 @pytest.mark.parametrize("suffix", ["odd", "xbm", "wmf"])  # Pillow knows these two, but cannot write this image so
@@ -288,9 +271,8 @@ def test_a_room_is_not_drawn_over_an_image_that_it_shows(capsys, key):
     assert cat.read_bytes() == before
 
 
-def test_a_room_as_text_shows_what_its_sensors_measure_and_where_they_are(capsys):
-    assert main(["world", "show", "track"]) == DONE
-    drawing, _, legend = capsys.readouterr().out.rpartition("+\n")
+def test_a_room_as_text_shows_what_its_sensors_measure_and_where_they_are(printed):
+    drawing, _, legend = printed("world", "show", "track").rpartition("+\n")
     rows = drawing.splitlines()
     assert all("k" in row for row in rows[5:20])
     assert rows[1].count("r") == rows[1].count("y") == rows[-2].count("g") == rows[-2].count("b") > 3
@@ -302,9 +284,8 @@ def test_a_room_as_text_shows_what_its_sensors_measure_and_where_they_are(capsys
     assert "!  sound at (2000, 1300), 75 dB from 10 s for 5 s" in legend
 
 
-def test_inner_walls_are_listed_below_the_text(capsys):
-    assert main(["world", "show", "room"]) == DONE
-    assert "=  wall from (1500, 2000) to (1500, 2800), 600 high" in capsys.readouterr().out
+def test_inner_walls_are_listed_below_the_text(printed):
+    assert "=  wall from (1500, 2000) to (1500, 2800), 600 high" in printed("world", "show", "room")
 
 
 def test_the_image_shows_tape_and_patches_in_their_colours_in_map_and_legend():
@@ -361,7 +342,7 @@ def test_the_name_of_a_small_box_hides_none_of_its_corners():
 
 
 @pytest.mark.parametrize("command", ["mission", "world"])
-def test_check_counts_the_mistakes_that_it_does_not_list(command, capsys):
+def test_check_counts_the_mistakes_that_it_does_not_list(command, refused):
     text = "".join(f"[[boxes]]\nname = 'b{number}'\nat_mm = [0, 0]\nsize_mm = [1, 0]\n" for number in range(30))
     if command == "mission":
         text = "[mission]\ntargets = ['a']\n[target.a]\ndetector = 'color'\ncolor = 'red'\n[robot]\n"
@@ -369,19 +350,17 @@ def test_check_counts_the_mistakes_that_it_does_not_list(command, capsys):
     else:
         text = f"[floor]\nsize_mm = [1000, 1000]\n[robot]\nstart_mm = [500, 500]\n{text}"
     Path("many.toml").write_text(text, encoding="utf-8")
-    assert main([command, "check", "many.toml"]) == USAGE
-    heading, *lines = capsys.readouterr().err.splitlines()
+    heading, *lines = refused(command, "check", "many.toml").splitlines()
     more = int(re.fullmatch(r" *and (\d+) more", lines.pop())[1])
     assert heading == f"many.toml: {len(lines) + more} mistakes"
 
 
 @pytest.mark.parametrize("size_mm", [(600, 1_000_000), (1_000_000, 600), (600, 600)])
-def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, capsys):
+def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, printed):
     box = f"[[boxes]]\nname = '{'long' * 50}'\nat_mm = [500, 500]\nsize_mm = [50, 50]\nheight_mm = 90\n"
     text = f"[floor]\nsize_mm = {list(size_mm)}\n[robot]\nstart_mm = [200, 200]\n{box}"
     Path("odd.toml").write_text(text, encoding="utf-8")
-    assert main(["world", "show", "odd.toml"]) == DONE
-    rows = [line for line in capsys.readouterr().out.splitlines() if line[:1] in ("|", "+")]
+    rows = [line for line in printed("world", "show", "odd.toml").splitlines() if line[:1] in ("|", "+")]
     assert len(rows) < 100
     assert len({len(row) for row in rows}) == 1
     assert len(rows[0]) <= 80
@@ -389,7 +368,7 @@ def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, c
     assert max(cv2.imread("odd.png").shape) <= 1700
 
 
-def test_a_room_as_text_names_and_as_an_image_marks_what_gives_no_echo(capsys):
+def test_a_room_as_text_names_and_as_an_image_marks_what_gives_no_echo(printed):
     text = "[floor]\nsize_mm = [3000, 3000]\n[robot]\nstart_mm = [500, 500]\n"
     text += "[[walls]]\nfrom_mm = [2000, 0]\nto_mm = [2000, 900]\nabsorbs = true\n"
     for name, absorbs in (("curtain", "true"), ("crate", "false")):
@@ -397,8 +376,7 @@ def test_a_room_as_text_names_and_as_an_image_marks_what_gives_no_echo(capsys):
         text += f"absorbs = {absorbs}\n"
     text += "[[people]]\nname = 'anna'\nenters_from_mm = [2500, 2500]\nabsorbs = true\n"
     Path("soft.toml").write_text(text, encoding="utf-8")
-    assert main(["world", "show", "soft.toml"]) == DONE
-    silent = [line for line in capsys.readouterr().out.splitlines() if line.endswith(", gives no echo")]
+    silent = [line for line in printed("world", "show", "soft.toml").splitlines() if line.endswith(", gives no echo")]
     assert [line.split()[1] for line in silent] == ["wall", "box", "'anna'"]
     keys, marked = {}, {}
     for absorbs in (True, False):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.journal import Record, RecordKind
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, main
 from nxtdrive.recording.journal_csv import COLUMNS, journal_csv
 
 SIGHTING = {"bearing_deg": -3.5, "distance_mm": 900.0, "confidence": 1.0, "box": [10, 10, 20, 20]}
@@ -86,22 +86,19 @@ def test_no_text_is_a_formula_to_a_spreadsheet():
     assert (row["target"], row["why"], row["choice"]) == ('\'=HYPERLINK("x")', "'+1", "'-")
 
 
-def test_one_row_is_called_one_row(tmp_path, capsys):
+def test_one_row_is_called_one_row(tmp_path, printed):
     (tmp_path / "journal.jsonl").write_text(f"{RECORDS[0].to_json()}\n", encoding="utf-8")
-    assert main(["export", str(tmp_path), "--csv"]) == DONE
-    assert re.search(r"journal\.csv: 0\.[1-9] kB, 1 row\n$", capsys.readouterr().out)
+    assert re.search(r"journal\.csv: 0\.[1-9] kB, 1 row\n$", printed("export", str(tmp_path), "--csv"))
 
 
 @pytest.mark.slow
-def test_the_documented_lines_read_all_runs_by_pandas(tmp_path, monkeypatch, capsys):
+def test_the_documented_lines_read_all_runs_by_pandas(here, printed):
     for number in (1, 2):
-        folder = tmp_path / "runs" / f"lena-then-rilakkuma-{number:03d}"
+        folder = here / "runs" / f"lena-then-rilakkuma-{number:03d}"
         folder.mkdir(parents=True)
         text = "".join(f"{record.to_json()}\n" for record in RECORDS)
         (folder / "journal.jsonl").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert main(["export", "runs/lena-then-rilakkuma-001", "--csv"]) == DONE
-    assert "6 rows" in capsys.readouterr().out
+    assert "6 rows" in printed("export", "runs/lena-then-rilakkuma-001", "--csv")
     document = (Path(__file__).parents[3] / "docs" / "journal.md").read_text(encoding="utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", document, flags=re.DOTALL)
     names: dict = {}
@@ -122,10 +119,9 @@ def test_text_that_is_not_unicode_makes_a_table_too(tmp_path):
 
 
 @pytest.mark.parametrize(("option", "name"), [("--csv", "journal.jsonl"), ("--html", "mission.json")])
-def test_an_export_never_replaces_what_makes_the_run(tmp_path, capsys, option, name):
+def test_an_export_never_replaces_what_makes_the_run(tmp_path, refused, option, name):
     for file in ("journal.jsonl", "mission.json"):
         (tmp_path / file).write_text("".join(f"{record.to_json()}\n" for record in RECORDS), encoding="utf-8")
     before = (tmp_path / name).read_bytes()
-    assert main(["export", str(tmp_path), option, str(tmp_path / name)]) == USAGE
-    assert "the command reads it" in capsys.readouterr().err
+    assert "the command reads it" in refused("export", str(tmp_path), option, str(tmp_path / name))
     assert (tmp_path / name).read_bytes() == before

@@ -68,10 +68,8 @@ def test_a_photograph_has_no_simpler_detector():
 
 
 @pytest.mark.slow
-def test_a_new_mission_and_its_check_give_the_hint(tmp_path: Path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_new_mission_and_its_check_give_the_hint(here: Path, capsys, printed):
     cv2.imwrite("ball.png", _ball(80))
     assert main(["mission", "new", "--picture", "ball.png", "--height-mm", "200"]) == DONE
     assert 'hint: the picture shows something plain red: a target with detector = "color"' in capsys.readouterr().out
-    assert main(["mission", "check", "ball.toml"]) == DONE
-    assert "warning: target.ball: the picture shows something plain red" in capsys.readouterr().out
+    assert "warning: target.ball: the picture shows something plain red" in printed("mission", "check", "ball.toml")

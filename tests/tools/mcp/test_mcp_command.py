@@ -16,7 +16,6 @@ import pytest
 from mcp import StdioServerParameters
 from mcp.client.client import Client
 
-from nxtdrive.cli.main import USAGE, main
 from tests.small_mission import MISSION
 
 COMMAND = ("-m", "nxtdrive", "mcp", "--nxt", "sim://open")
@@ -126,18 +125,15 @@ def test_it_ends_silently_when_the_assistant_is_killed_in_mid_motion(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_brick_that_is_not_there_is_reported(capsys, tmp_path):
-    assert main(["mcp", "--nxt", f"sim://{tmp_path}/nowhere.toml"]) == USAGE
-    assert "nowhere.toml" in capsys.readouterr().err
+def test_a_brick_that_is_not_there_is_reported(refused, tmp_path):
+    assert "nowhere.toml" in refused("mcp", "--nxt", f"sim://{tmp_path}/nowhere.toml")
 
 
-def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
+def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, refused):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
-    assert main(["mcp", "--folder", str(tmp_path)]) == USAGE
-    assert "robot.radius_mm" in capsys.readouterr().err
+    assert "robot.radius_mm" in refused("mcp", "--folder", str(tmp_path))
 
 
-def test_a_folder_that_cannot_keep_runs_is_reported(capsys):
-    assert main(["mcp", "--out", f"{__file__}/runs"]) == USAGE
-    assert "cannot keep the run there" in capsys.readouterr().err
+def test_a_folder_that_cannot_keep_runs_is_reported(refused):
+    assert "cannot keep the run there" in refused("mcp", "--out", f"{__file__}/runs")

@@ -7,7 +7,6 @@ import pytest
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.sweep.mission_result import MissionResult
 from nxtdrive.tools.sweep.result_file import ResultFile, read_results
 
@@ -70,13 +69,12 @@ def test_the_key_of_vision_in_files_of_earlier_versions_is_read(tmp_path):
 
 
 @pytest.mark.parametrize("text", BAD_LINES.values(), ids=BAD_LINES.keys())
-def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, capsys, text):
+def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, refused, text):
     path = tmp_path / "x.jsonl"
     path.write_text(json.dumps(LINE) + "\n" + text + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"not the file of a sweep \(line 2"):
         read_results(path)
-    assert main([*RESUME, str(path)]) == USAGE
-    assert "line 2" in capsys.readouterr().err
+    assert "line 2" in refused(*RESUME, str(path))
 
 
 def test_good_lines_are_written_as_they_were_read(tmp_path):
@@ -87,11 +85,10 @@ def test_good_lines_are_written_as_they_were_read(tmp_path):
 
 @pytest.mark.parametrize("foreign", ["my only notes", '{"kind": "start"}', "\0", '{"episode'[:3] + "notes"])
 @pytest.mark.parametrize("lines", ["", json.dumps(LINE) + "\n"], ids=["alone", "after results"])
-def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, capsys, lines, foreign):
+def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, refused, lines, foreign):
     path = tmp_path / "notes.txt"
     path.write_text(lines + foreign, encoding="utf-8")
-    assert main([*RESUME, str(path)]) == USAGE
-    assert "not the file of a sweep" in capsys.readouterr().err
+    assert "not the file of a sweep" in refused(*RESUME, str(path))
     assert path.read_text(encoding="utf-8") == lines + foreign
 
 
@@ -124,12 +121,11 @@ def test_results_that_cannot_be_written_say_how_to_continue(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such locks")
-def test_two_sweeps_do_not_write_one_file_at_once(tmp_path, capsys):
+def test_two_sweeps_do_not_write_one_file_at_once(tmp_path, refused):
     path = tmp_path / "r.jsonl"
     with ResultFile(path) as first:
         first.append(json.dumps(LINE))
-        assert main(["sweep", "--classes", "open", "--out", str(path), "--resume"]) == USAGE
-        assert "another program is writing" in capsys.readouterr().err
+        assert "another program is writing" in refused("sweep", "--classes", "open", "--out", str(path), "--resume")
     assert read_results(path) == [RESULT]
     with ResultFile(path) as second:
         second.append(json.dumps(LINE))

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from firmware_protocol.errors import AddressError, ConfigError
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
 from nxtdrive.tools.sweep.cluster import Cluster
 from nxtdrive.tools.sweep.result_file import read_results
@@ -190,7 +190,7 @@ def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
     assert len(read_results(tmp_path / "x")) == 1
 
 
-def test_workers_with_another_version_are_named(dask, tmp_path, capsys):
+def test_workers_with_another_version_are_named(dask, tmp_path, refused):
     another = tmp_path / "another" / "nxtdrive.py"
     another.parent.mkdir()
     another.write_text("", encoding="utf-8")
@@ -198,8 +198,7 @@ def test_workers_with_another_version_are_named(dask, tmp_path, capsys):
     dask.add_workers(1, PYTHONPATH=_older(tmp_path))
     dask.add_workers(1, PYTHONPATH=str(another.parent))
     dask.wait_for(3)
-    assert main(["sweep", "--out", str(tmp_path / "x"), "--dask", dask.address]) == USAGE
-    said = capsys.readouterr().err
+    said = refused("sweep", "--out", str(tmp_path / "x"), "--dask", dask.address)
     assert "not every worker has the nxtdrive of this computer" in said
     assert "has 0.0.9" in said
     assert "has none of this kind (ModuleNotFoundError" in said

@@ -55,9 +55,8 @@ def test_the_documented_lines_read_it_by_pandas(folder, monkeypatch, capsys):
     assert "wrong_stops" in capsys.readouterr().out
 
 
-def test_the_documented_program_repeats_a_mission_with_several_profiles(tmp_path, monkeypatch, capsys):
+def test_the_documented_program_repeats_a_mission_with_several_profiles(here, capsys):
     pytest.importorskip("pandas")
-    monkeypatch.chdir(tmp_path)
     shutil.copy(PICTURES / "fox.png", "my-cat.jpg")
     assert main(["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]) == DONE
     section = re.search(r"^### Your own mission.*?```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.M | re.S)

@@ -57,11 +57,10 @@ def test_a_mission_that_broke_reached_nothing_and_has_no_contacts_to_compare(swa
 
 
 @pytest.mark.slow
-def test_a_sweep_leaves_a_summary_by_which_it_can_be_repeated(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_sweep_leaves_a_summary_by_which_it_can_be_repeated(here, capsys):
     command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "thesis,oracle", "--out", "a.jsonl"]
     assert main(command) == 0
-    first = json.loads((tmp_path / "a.summary.json").read_text())
+    first = json.loads((here / "a.summary.json").read_text())
     assert (
         first["versions"].items()
         >= {
@@ -73,24 +72,23 @@ def test_a_sweep_leaves_a_summary_by_which_it_can_be_repeated(tmp_path, monkeypa
     assert set(first["paired"]) == {"thesis - oracle", "oracle - thesis"}
     assert set(first["policies"]["oracle"]["headline"]) == set(HEADLINE)
     assert main([*shlex.split(shlex.join(first["command"]))[1:], "--out", "b.jsonl"]) == 0
-    assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
+    assert (here / "a.jsonl").read_bytes() == (here / "b.jsonl").read_bytes()
     assert main([*command[:-1], "b.jsonl"]) != 0
     assert "exists already" in capsys.readouterr().err
 
 
 @pytest.mark.slow
-def test_a_summary_names_the_versions_that_performed_its_missions(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_summary_names_the_versions_that_performed_its_missions(here, capsys):
     command = ["sweep", "--classes", "open", "--agents", "oracle", "--out", "a.jsonl", "--resume", "--seeds"]
     assert main([*command, "100"]) == 0
-    first = json.loads((tmp_path / "a.summary.json").read_text())
+    first = json.loads((here / "a.summary.json").read_text())
     assert first["earlier_versions"] == []
     older = {**first["versions"], "sources": "of yesterday"}
-    (tmp_path / "a.summary.json").write_text(json.dumps({**first, "versions": older}))
+    (here / "a.summary.json").write_text(json.dumps({**first, "versions": older}))
     capsys.readouterr()
     for _ in range(2):
         assert main([*command, "100-101"]) == 0
-        second = json.loads((tmp_path / "a.summary.json").read_text())
+        second = json.loads((here / "a.summary.json").read_text())
         assert (second["versions"], second["earlier_versions"]) == (first["versions"], [older])
         assert "other versions of nxtdrive or its libraries" in capsys.readouterr().err
 
@@ -99,16 +97,15 @@ PROFILE = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Calm(A
 
 
 @pytest.mark.slow
-def test_a_summary_distinguishes_versions_of_a_profile_of_your_own(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+def test_a_summary_distinguishes_versions_of_a_profile_of_your_own(here, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "path", [str(here), *sys.path])
     monkeypatch.setattr(registry, "external_profiles", {})
     command = ["sweep", "--classes", "open", "--out", "a.jsonl", "--resume", "--agents", "calm:Calm", "--seeds"]
 
     def swept(text, seeds):
-        (tmp_path / "calm.py").write_text(text)
+        (here / "calm.py").write_text(text)
         assert main([*command, seeds]) == 0
-        return json.loads((tmp_path / "a.summary.json").read_text())["profiles"], capsys.readouterr().err
+        return json.loads((here / "a.summary.json").read_text())["profiles"], capsys.readouterr().err
 
     first, _ = swept(PROFILE, "100")
     assert list(first) == ["calm:Calm"]

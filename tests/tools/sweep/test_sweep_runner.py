@@ -19,7 +19,7 @@ from sweep_results import broken_result, mission_result, target_result
 from behaviors.executive import Executive
 from behaviors.mission.robot import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.main import DONE, main
 from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents, task
 from nxtdrive.tools.sweep.causes import ChoiceEvaluation, FailureCause
@@ -296,26 +296,21 @@ def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_re
     assert [cell.split()[0] for cell in row] == ["adaptive", "0.333", "0.667", "0.667", "0.667"]
 
 
-def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_prints_tables_and_draws_maps(here, refused, printed):
     words = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--out", "out.jsonl"]
-    assert main(words) == DONE
-    shown = capsys.readouterr().out
+    shown = printed(*words)
     assert "oracle" in shown
     assert "path efficiency" in shown
     assert "SoftSPL" not in shown
-    assert main(words) == USAGE
-    assert "--resume" in capsys.readouterr().err
-    assert main([*words, "--resume", "--tables"]) == DONE
-    shown = capsys.readouterr().out
+    assert "--resume" in refused(*words)
+    shown = printed(*words, "--resume", "--tables")
     assert "SoftSPL" in shown
     assert "targets reached by [95 %]" in shown
-    assert main([*words, "--resume", "--json"]) == DONE
-    shown = capsys.readouterr().out
+    shown = printed(*words, "--resume", "--json")
     assert json.loads(shown)["policies"]["oracle"]["pc_success"] == 100.0
     assert "NaN" not in shown  # JSON has none
     assert main(["sweep", "--map", "open:100:oracle"]) == DONE
-    assert (tmp_path / "open-100-oracle.png").stat().st_size > 1000
+    assert (here / "open-100-oracle.png").stat().st_size > 1000
 
 
 @pytest.mark.parametrize(
@@ -327,10 +322,8 @@ def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys)
         (["--map", "open:100:oracle", "--robot", "nowhere.toml"], "nowhere.toml"),
     ],
 )
-def test_usage_errors_list_the_valid_choices(words, hint, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["sweep", *words]) == USAGE
-    assert hint in capsys.readouterr().err
+def test_usage_errors_list_the_valid_choices(words, hint, here, refused):
+    assert hint in refused("sweep", *words)
 
 
 def test_missions_with_another_robot_file_are_other_missions(tmp_path):

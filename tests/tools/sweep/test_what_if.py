@@ -97,21 +97,20 @@ def test_figures_over_missions_count_decisions_and_resample_missions():
     assert low_s < 4.0 < high_s
 
 
-def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
+def test_missions_that_a_file_has_are_not_repeated(tmp_path, answered):
     out = tmp_path / "regret.jsonl"
     decisions = [{**DECISION, "regret_s": regret_s} for regret_s in (2, 6)]
     names = ["open:100", "flat:7"]
     out.write_text("".join(json.dumps({"run": name, **ASKED, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
     asked_for = ["open:100", "open:100:adaptive", "open:0100", "flat:7:adaptive"]
-    assert main(["what-if", *asked_for, "--out", str(out), *WHAT_IF, "--json"]) == 0
-    result = json.loads(capsys.readouterr().out)
+    result = answered("what-if", *asked_for, "--out", str(out), *WHAT_IF)
     assert ([run["run"] for run in result["runs"]], result["regret_s"]) == (names, [4.0, 4.0, 4.0])
     assert out.read_bytes() == before
 
 
 @pytest.mark.slow
-def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path, capsys):
+def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path, printed):
     out, name = tmp_path / "regret.jsonl", "open:100"
     lines = [
         {"run": name, "decisions": [DECISION]},
@@ -122,8 +121,7 @@ def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path,
     ]
     out.write_text("".join(json.dumps(line) + "\n" for line in lines))
     for _ in range(2):
-        assert main(["what-if", name, "--out", str(out), *WHAT_IF]) == 0
-        assert "the mission had no decision" in capsys.readouterr().out
+        assert "the mission had no decision" in printed("what-if", name, "--out", str(out), *WHAT_IF)
         *before, added = map(json.loads, out.read_text().splitlines())
         assert before == lines
         assert added == {"run": name, **ASKED, "redraw_unseen": False, "decisions": []}
@@ -139,40 +137,35 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
         assert "1 decision: mean regret" in capsys.readouterr().out
 
 
-def test_the_command_ends_with_mean_regret_and_the_shares_of_good_choices_and_of_certainly_bad_ones(tmp_path, capsys):
+def test_the_command_ends_with_mean_regret_and_the_shares_of_good_choices_and_of_certainly_bad_ones(tmp_path, printed):
     """Of 6 s with an interval from 2 s on it is not certain that they are more than 3 s."""
     known = [(0.0, 0.0), (0.0, -1.0), (6.0, 2.0), (6.0, 4.0)]
     decisions = [{**DECISION, "regret_s": mean, "beyond_best_s": [6.0, low, 9.0]} for mean, low in known]
-    assert main(_command_for(tmp_path, decisions)) == 0
-    said = capsys.readouterr().out
+    said = printed(*_command_for(tmp_path, decisions))
     assert "4 decisions: mean regret 3.0 s; 50 % of them within 3 s of the best, 25 % certainly not\n" in said
 
 
-def test_figures_are_also_given_for_the_decisions_after_each_failure(tmp_path, capsys):
+def test_figures_are_also_given_for_the_decisions_after_each_failure(tmp_path, printed, answered):
     known = [("uncertain", 8.0), ("never_seen", 0.0), ("never_seen", 4.0), ("no_way", 0.0)]
     decisions = [{**DECISION, "reason": reason, "regret_s": seconds} for reason, seconds in known]
     decisions[-1]["candidates"] = [WAIT]
     command = _command_for(tmp_path, decisions)
-    assert main([*command, "--json"]) == 0
-    by_reason = json.loads(capsys.readouterr().out)["by_reason"]
+    by_reason = answered(*command)["by_reason"]
     found = {reason: (each["decisions"], *each["regret_s"], *each["nearly_best"]) for reason, each in by_reason.items()}
     assert found == {"never_seen": (2, 2.0, 0.5), "uncertain": (1, 8.0, 0.0)}
-    assert main(command) == 0
-    rows = [[cell.strip() for cell in line.split("│")] for line in capsys.readouterr().out.splitlines()]
+    rows = [[cell.strip() for cell in line.split("│")] for line in printed(*command).splitlines()]
     assert [row[2:5] for row in rows if row[1:2] == ["uncertain"]] == [["1", "8.0 s", "0 %"]]
 
 
 @pytest.mark.parametrize("made", [0, 3])
-def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, capsys, made):
+def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, printed, answered, made):
     alone = {**DECISION, "candidates": [WAIT], "regret_s": 0.0, "biased_regret_s": 0.0}
     decisions = [*[{**DECISION, "regret_s": seconds} for seconds in (0.0, 0.0, 6.0)[:made]], alone, alone]
     command = _command_for(tmp_path, decisions)
-    assert main([*command, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = answered(*command)
     assert (told.get("regret_s"), told.get("nearly_best")) == (([2.0], [0.667]) if made else (None, None))
     assert told["without_alternative"] == 2
-    assert main(command) == 0
-    said = capsys.readouterr().out
+    said = printed(*command)
     assert ("3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best, 0 % certainly not\n" in said) == bool(
         made
     )
@@ -209,24 +202,21 @@ def test_a_line_that_was_cut_short_is_written_again(tmp_path):
         json.dumps({"run": "open:100", "decisions": [{**DECISION, "regret_s": 1e999}]}) + "\n",
     ],
 )
-def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
+def test_a_file_of_something_else_is_refused(tmp_path, text, refused):
     out = tmp_path / "other.jsonl"
     out.write_text(text)
-    assert main(["what-if", "open:100", "--out", str(out), "--workers", "1"]) == 2
-    assert "is not from nxtdrive what-if" in capsys.readouterr().err
+    assert "is not from nxtdrive what-if" in refused("what-if", "open:100", "--out", str(out), "--workers", "1")
     assert out.read_text() == text
 
 
-def test_a_file_that_cannot_be_written_is_refused_before_the_mission_runs(tmp_path, capsys):
-    assert main(["what-if", "open:100", "--out", str(tmp_path / "none" / "regret.jsonl"), "--workers", "1"]) == 2
-    said = capsys.readouterr().err
+def test_a_file_that_cannot_be_written_is_refused_before_the_mission_runs(tmp_path, refused):
+    said = refused("what-if", "open:100", "--out", str(tmp_path / "none" / "regret.jsonl"), "--workers", "1")
     assert "cannot be written" in said
     assert "repeating the mission" not in said
 
 
-def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
-    assert main(["what-if", "open:" + "9" * 5000]) == 2
-    assert "CLASS:SEED" in capsys.readouterr().err
+def test_a_seed_that_no_scenario_can_have_is_refused(refused):
+    assert "CLASS:SEED" in refused("what-if", "open:" + "9" * 5000)
 
 
 def test_a_profile_that_cannot_be_loaded_is_refused_before_any_mission_runs(capsys):
@@ -242,9 +232,8 @@ def test_more_futures_than_can_be_played_are_refused(capsys):
     assert "futures must be a whole number from 2 to 1000" in capsys.readouterr().err
 
 
-def test_one_decision_of_several_runs_is_refused(capsys):
-    assert main(["what-if", "open:100", "open:101", "--decision", "1"]) == 2
-    assert "--decision is for one run" in capsys.readouterr().err
+def test_one_decision_of_several_runs_is_refused(refused):
+    assert "--decision is for one run" in refused("what-if", "open:100", "open:101", "--decision", "1")
 
 
 def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
@@ -333,18 +322,16 @@ def test_copies_of_the_process_continue_as_a_repeated_mission_does(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys):
+def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys, printed, answered):
     where = ("--nxt", "sim://figure7?seed=3", "--camera", "geometric")
     folder = _recorded_run(tmp_path, "rilakkuma", 'time_limit_s = 20\nprofile = "thesis"', *where)
     capsys.readouterr()
-    assert main(["what-if", str(folder), "--decision", "1", *WHAT_IF, "--json"]) == 0
-    (result,) = json.loads(capsys.readouterr().out)["runs"]
+    (result,) = answered("what-if", str(folder), "--decision", "1", *WHAT_IF)["runs"]
     told = result["decisions"]
     assert told == json.loads((folder / "what-if.json").read_text())["decisions"]
     assert [(each["decision"], each["futures"], len(each["candidates"])) for each in told] == [(1, 2, 3)]
     assert [each["chosen"] for each in told[0]["candidates"]] == [True, False, False]
-    assert main(["explain-run", str(folder)]) == 0
-    assert "regret" in capsys.readouterr().out
+    assert "regret" in printed("explain-run", str(folder))
     journal = folder / "journal.jsonl"
     journal.write_text(journal.read_text().replace('"choice": "', '"choice": "un', 1))
     assert main(["what-if", str(folder), "--workers", "1"]) != 0
@@ -413,7 +400,7 @@ def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
     assert tuple((each.time_s, each.chose) for each in run_with_branch(recorded).decisions) == recorded.choices
 
 
-def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, capsys):
+def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, refused):
     start = {
         "t": 0.0,
         "kind": "start",
@@ -427,14 +414,12 @@ def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, c
     summary = {"nxt": "sim://cellar.toml?seed=1", "camera": "sim"}
     for name, content in (("journal.jsonl", start), ("mission.json", mission), ("summary.json", summary)):
         (tmp_path / name).write_text(json.dumps(content) + "\n", encoding="utf-8")
-    assert main(["what-if", str(tmp_path)]) == 2
-    assert "in the folder in which the run was made" in capsys.readouterr().err
+    assert "in the folder in which the run was made" in refused("what-if", str(tmp_path))
 
 
 @pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])
-def test_anything_that_is_not_a_run_is_refused(name, capsys):
-    assert main(["what-if", name]) == 2
-    assert "neither a run folder" in capsys.readouterr().err
+def test_anything_that_is_not_a_run_is_refused(name, refused):
+    assert "neither a run folder" in refused("what-if", name)
 
 
 @pytest.mark.parametrize(
@@ -446,9 +431,8 @@ def test_anything_that_is_not_a_run_is_refused(name, capsys):
         ("open:100:adaptive-no-detour", "adaptive-no-detour is an agent of sweeps, not a profile."),
     ],
 )
-def test_a_mistyped_class_and_an_agent_that_is_no_profile_are_named(name, text, capsys):
-    assert main(["what-if", name]) == 2
-    assert text in capsys.readouterr().err
+def test_a_mistyped_class_and_an_agent_that_is_no_profile_are_named(name, text, refused):
+    assert text in refused("what-if", name)
 
 
 class _InterruptedAt(io.StringIO):

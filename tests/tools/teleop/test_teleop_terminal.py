@@ -193,15 +193,13 @@ def test_a_mission_brings_its_own_room(tmp_path, monkeypatch, capsys):
     assert "small-world.toml has 3 mistakes" in capsys.readouterr().err
 
 
-def test_without_a_terminal_it_says_so(capsys):
-    assert main(["teleop"]) == USAGE
-    assert "terminal" in capsys.readouterr().err
+def test_without_a_terminal_it_says_so(refused):
+    assert "terminal" in refused("teleop")
 
 
-def test_without_textual_it_names_the_command(capsys, monkeypatch):
+def test_without_textual_it_names_the_command(refused, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert main(["teleop"]) == USAGE
-    assert "install 'nxtdrive[tui]'" in capsys.readouterr().err
+    assert "install 'nxtdrive[tui]'" in refused("teleop")
 
 
 def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
@@ -216,11 +214,10 @@ def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
     drawing.flush()
 
 
-def test_a_standard_error_that_is_not_a_terminal_is_refused(capsys, monkeypatch):
+def test_a_standard_error_that_is_not_a_terminal_is_refused(refused, monkeypatch):
     monkeypatch.setattr("sys.stdin", open_terminal := _Terminal())
     monkeypatch.setattr("sys.stdout", open_terminal)
-    assert main(["teleop"]) == USAGE
-    assert "needs a terminal" in capsys.readouterr().err
+    assert "needs a terminal" in refused("teleop")
 
 
 @pytest.mark.slow
