@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,27 @@ HANDSHAKE = (
     "GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
 )
+
+
+class ToldHub(Hub):
+    """A hub that calls a function with the kind and the values of all that it sends."""
+
+    def __init__(self, tell: Callable[[str, Mapping[str, Any]], object]) -> None:
+        super().__init__()
+        self._tell = tell
+
+    def show(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().show(kind, values)
+        self._tell(kind, values)
+
+    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().publish(kind, values)
+        self._tell(kind, values)
+
+
+def hub_setting(event: threading.Event, kind: str, /, **values: object) -> Hub:
+    """Return a hub that sets an event when it sends something of that kind with these values, as for `told`."""
+    return ToldHub(lambda sent, having: event.set() if sent == kind and _has(having, values) else None)
 
 
 def robot_of(
@@ -57,16 +79,13 @@ def next_message(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], 
             return message
 
 
+def _has(message: Mapping[str, Any], values: Mapping[str, object]) -> bool:
+    return all(bool(message.get(key)) if value is True else message.get(key) == value for key, value in values.items())
+
+
 def told(page: WebSocketTestSession, kind: str, /, **values: object) -> dict[str, Any]:
     """Return the next message of a kind with these values, or its record's; True stands for any that is true."""
-
-    def wanted(message: dict[str, Any]) -> bool:
-        has = message.get("record", message)
-        return message["type"] == kind and all(
-            bool(has.get(key)) if value is True else has.get(key) == value for key, value in values.items()
-        )
-
-    return next_message(page, wanted)
+    return next_message(page, lambda message: message["type"] == kind and _has(message.get("record", message), values))
 
 
 def refusal(page: WebSocketTestSession) -> str:

@@ -97,10 +97,9 @@ def test_a_page_pauses_answers_and_stops_the_run(start):
     assert process.wait(30) == NOT_ACHIEVED
 
 
-def test_a_port_that_is_taken_is_a_usage_error_before_anything_moves(tmp_path, monkeypatch, capsys):
+def test_a_port_that_is_taken_is_a_usage_error_before_anything_moves(here, capsys):
     import socket
 
-    monkeypatch.chdir(tmp_path)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         assert main(["run", "--web", "--port", str(taken.getsockname()[1])]) == USAGE
     assert "--port" in capsys.readouterr().err

@@ -148,6 +148,13 @@ def _sent(browser: WebDriver, *kinds: str) -> list[dict[str, Any]]:
     return [each for each in browser.execute_script("return sent") if each["type"] in kinds]
 
 
+def _reconnected(browser: WebDriver) -> None:
+    """Cut the connection, and wait until the page has another one."""
+    browser.execute_script("cut()")
+    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
+    browser.execute_async_script("setTimeout(arguments[0], 100)")
+
+
 def _press(browser: WebDriver, key: str) -> None:
     ActionChains(browser).send_keys(key).perform()
 
@@ -217,9 +224,7 @@ def test_a_stop_is_sent_again_when_nothing_shows_that_it_had_arrived(browser, te
     browser.execute_script(f"const now = performance.now; performance.now = () => now.call(performance) + {since_ms}")
     if since_ms < 60000:
         tell(STATE)  # it may have been under way before the stop, unless it comes much later
-    browser.execute_script("cut()")
-    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
-    browser.execute_async_script("setTimeout(arguments[0], 100)")
+    _reconnected(browser)
     assert _sent(browser, "stop") == times * [{"type": "stop"}]
 
 
@@ -227,9 +232,7 @@ def test_a_stop_that_was_released_is_not_sent_again(browser, tell):
     browser.find_element(By.ID, "stop").click()
     tell({**STATE, "stopped": True})
     browser.find_element(By.ID, "stop").click()
-    browser.execute_script("cut()")
-    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
-    browser.execute_async_script("setTimeout(arguments[0], 100)")
+    _reconnected(browser)
     assert _sent(browser, "stop") == [{"type": "stop"}]
 
 

@@ -154,9 +154,8 @@ def test_the_default_file_is_in_the_runs_folder(run, capsys):
     ]
 
 
-def test_an_export_of_nothing_names_what_there_is(run, capsys):
-    assert main(["export", str(run)]) == USAGE
-    said = capsys.readouterr().err
+def test_an_export_of_nothing_names_what_there_is(run, refused):
+    said = refused("export", str(run))
     assert all(option in said for option in ("--html", "--webm"))
 
 
@@ -167,17 +166,15 @@ def test_two_formats_in_one_file_are_refused(run, capsys):
     assert not both.exists()
 
 
-def test_a_video_of_a_run_without_pictures_is_refused(run, capsys):
+def test_a_video_of_a_run_without_pictures_is_refused(run, refused):
     shutil.rmtree(run / "camera")
-    assert main(["export", str(run), "--webm"]) == USAGE
-    assert "has no pictures" in capsys.readouterr().err
+    assert "has no pictures" in refused("export", str(run), "--webm")
     assert _exported(run)
 
 
-def test_a_file_that_cannot_be_written_is_a_sentence(run, capsys):
+def test_a_file_that_cannot_be_written_is_a_sentence(run, refused):
     for option in ("--html", "--webm"):
-        assert main(["export", str(run), option, str(run / "gone" / "file")]) == USAGE
-        assert "cannot be written" in capsys.readouterr().err
+        assert "cannot be written" in refused("export", str(run), option, str(run / "gone" / "file"))
 
 
 def in_browser(test):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import queue
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,22 +27,9 @@ from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.vision.camera import Frame
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
-from tests.tools.web.pages import robot_of
+from tests.tools.web.pages import ToldHub, hub_setting, robot_of
 
 LIMIT_S = 30.0
-
-
-class Witness(Hub):
-    """A hub that knows when the robot has been driven by hand."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.driving = threading.Event()
-
-    def show(self, kind: str, values: Mapping[str, Any]) -> None:
-        if kind == "state" and values["doing"] == "driving":
-            self.driving.set()
-        super().show(kind, values)
 
 
 def hold_stick(robot, ahead, turn):
@@ -55,13 +41,13 @@ def hold_stick(robot, ahead, turn):
 @pytest.fixture
 def turning(tmp_path) -> Iterator[Robot]:
     """A robot that turns on the spot at full speed, since a person holds the stick."""
-    hub = Witness()
-    robot = robot_of(tmp_path, hub)
+    driving = threading.Event()
+    robot = robot_of(tmp_path, hub_setting(driving, "state", doing="driving"))
     robot.controls.percent = 100
     hold_stick(robot, 0.0, 1.0)
     with closing(robot):
         robot.open()
-        assert hub.driving.wait(LIMIT_S)
+        assert driving.wait(LIMIT_S)
         yield robot
 
 
@@ -99,43 +85,37 @@ def test_a_stick_held_while_a_task_drives_does_not_drive_at_its_end(turning):
     assert turning.controls.wanted(0.0) == (0.0, 0.0)
 
 
-class RoomWitness(Hub):
-    """A hub with a client, that knows where the robot believes to be when the true room is shown."""
+class WatchedHub(ToldHub):
+    """A hub with a client."""
 
     watched = True
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.pose: list[float] | None = None
-        self.poses: queue.SimpleQueue[tuple[Any, list[float]]] = queue.SimpleQueue()
-
-    def show(self, kind: str, values: Mapping[str, Any]) -> None:
-        super().show(kind, values)
-        if kind == "state":
-            self.pose = values["pose"]
-        elif kind == "true_room":
-            self.poses.put((self.pose, values["pose"]))
-
 
 def test_the_true_room_stays_in_the_frame_of_the_pose_after_a_short_motion(tmp_path):
-    hub = RoomWitness()
-    robot = robot_of(tmp_path, hub, camera=GEOMETRIC)
+    believed, poses = [[]], queue.SimpleQueue()
+
+    def note(kind, values):
+        if kind == "state":
+            believed[0] = values["pose"]
+        elif kind == "true_room":
+            poses.put((believed[0], values["pose"]))
+
+    robot = robot_of(tmp_path, WatchedHub(note), camera=GEOMETRIC)
     with closing(robot):
         robot.open()
         motion = ShortMotion(lambda rover: rover.straight(300, wait=False))
         robot.start(motion)
         assert motion.wait(LIMIT_S)
-        while hub.poses.qsize():
-            hub.poses.get()
+        while poses.qsize():
+            poses.get()
         for _ in range(2):  # the first may be from before the pose
-            believed, true = hub.poses.get(timeout=LIMIT_S)
-        assert believed == pytest.approx([300, 0, 0], abs=10)
-        assert true == pytest.approx(believed, abs=30)
+            pose, true = poses.get(timeout=LIMIT_S)
+        assert pose == pytest.approx([300, 0, 0], abs=10)
+        assert true == pytest.approx(pose, abs=30)
 
 
 def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp_path):
-    hub = RoomWitness()
-    robot = robot_of(tmp_path, hub, camera=GEOMETRIC)
+    robot = robot_of(tmp_path, WatchedHub(lambda kind, values: None), camera=GEOMETRIC)
     motion = ShortMotion(lambda rover: rover.straight(100, wait=False))
     robot.start(motion)
     with closing(robot):
@@ -149,14 +129,8 @@ def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
     built_in = read_mission_file(None)
     built = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"sonar_forward_mm": 160.0})})
     places: queue.SimpleQueue[float] = queue.SimpleQueue()
-
-    class Places(Hub):
-        def show(self, kind: str, values: Mapping[str, Any]) -> None:
-            super().show(kind, values)
-            if kind == "robot":
-                places.put(values["sonar_forward_mm"])
-
-    robot = robot_of(tmp_path, Places(), camera=GEOMETRIC, mission=built)
+    hub = ToldHub(lambda kind, values: places.put(values["sonar_forward_mm"]) if kind == "robot" else None)
+    robot = robot_of(tmp_path, hub, camera=GEOMETRIC, mission=built)
     with closing(robot):
         robot.open()
         assert places.get(timeout=LIMIT_S) == 160.0
@@ -169,12 +143,12 @@ def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
     built_in = read_mission_file(None)
     mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})
-    hub = Witness()
-    robot = robot_of(tmp_path, hub, mission=mission)
+    driving = threading.Event()
+    robot = robot_of(tmp_path, hub_setting(driving, "state", doing="driving"), mission=mission)
     hold_stick(robot, 1.0, 0.0)
     with closing(robot):
         robot.open()
-        assert hub.driving.wait(LIMIT_S)
+        assert driving.wait(LIMIT_S)
         assert robot.state["lacking"] == ["bumper"]
 
 
@@ -210,14 +184,7 @@ def unplugged_while_turning(hub, runs):
 
 def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_back(tmp_path):
     lost = threading.Event()
-
-    class Watcher(Hub):
-        def show(self, kind: str, values: Mapping[str, Any]) -> None:
-            super().show(kind, values)
-            if kind == "link" and values["lost"]:
-                lost.set()
-
-    with unplugged_while_turning(Watcher(), tmp_path) as robot:
+    with unplugged_while_turning(hub_setting(lost, "link", lost=True), tmp_path) as robot:
         assert lost.wait(LIMIT_S)
         robot.controls.steer(0.0, 1.0, math.inf)
         assert robot.controls.wanted(0.0) == (0.0, 0.0)
@@ -226,15 +193,13 @@ def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_ba
 def test_of_a_lost_brick_nothing_old_is_shown_and_a_stop_is(tmp_path):
     shown, unreachable, stopped = [], threading.Event(), threading.Event()
 
-    class Watcher(Hub):
-        def show(self, kind: str, values: Mapping[str, Any]) -> None:
-            super().show(kind, values)
-            if kind == "state":
-                shown.append(values)
-                if values["doing"] == "cannot be driven":
-                    (stopped if values["stopped"] else unreachable).set()
+    def note(kind, values):
+        if kind == "state":
+            shown.append(values)
+            if values["doing"] == "cannot be driven":
+                (stopped if values["stopped"] else unreachable).set()
 
-    with unplugged_while_turning(Watcher(), tmp_path) as robot:
+    with unplugged_while_turning(ToldHub(note), tmp_path) as robot:
         assert unreachable.wait(LIMIT_S)
         robot.stop()
         assert stopped.wait(LIMIT_S)
@@ -242,49 +207,36 @@ def test_of_a_lost_brick_nothing_old_is_shown_and_a_stop_is(tmp_path):
     assert shown[0].keys() - shown[-1].keys() == {"range_mm", "touching", "battery_mv", "latency_ms"}
 
 
-class PauseWitness(Hub):
-    """A hub that knows whether the mission is shown as paused, and when one has failed."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.paused = False
-        self.failed = threading.Event()
-
-    def show(self, kind: str, values: Mapping[str, Any]) -> None:
-        super().show(kind, values)
-        if kind == "paused":
-            self.paused = values["paused"]
-
-    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
-        super().publish(kind, values)
-        if kind == "problem":
-            self.failed.set()
-
-
 def test_the_pause_of_a_mission_that_cannot_begin_is_over_with_it(tmp_path):
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
-    hub = PauseWitness()
-    robot = robot_of(tmp_path / "runs", hub)
+    sent, failed = {"paused": {"paused": False}}, threading.Event()
+
+    def note(kind, values):
+        sent[kind] = values
+        if kind == "problem":
+            failed.set()
+
+    robot = robot_of(tmp_path / "runs", ToldHub(note))
     robot.start_mission(read_mission_file(None), confirm=False)
     robot.mission.pause()
-    assert hub.paused
+    assert sent["paused"]["paused"]
     with closing(robot):
         robot.open()
-        assert hub.failed.wait(LIMIT_S)
-        assert not hub.paused
+        assert failed.wait(LIMIT_S)
+        assert not sent["paused"]["paused"]
 
 
 def test_a_mission_that_cannot_begin_does_not_move_the_frame_of_the_pose(tmp_path):
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
-    hub = PauseWitness()
-    robot = robot_of(tmp_path / "runs", hub, camera=GEOMETRIC)
+    failed = threading.Event()
+    robot = robot_of(tmp_path / "runs", hub_setting(failed, "problem"), camera=GEOMETRIC)
     with closing(robot):
         robot.open()
         ahead, reading = ShortMotion(lambda rover: rover.straight(300, wait=False)), ShortMotion()
         robot.start(ahead)
         assert ahead.wait(LIMIT_S)
         robot.start_mission(read_mission_file(None), confirm=False)
-        assert hub.failed.wait(LIMIT_S)
+        assert failed.wait(LIMIT_S)
         robot.start(reading)
         assert reading.wait(LIMIT_S)
         assert reading.reading.pose.x_mm == pytest.approx(300, abs=10)
@@ -292,11 +244,11 @@ def test_a_mission_that_cannot_begin_does_not_move_the_frame_of_the_pose(tmp_pat
 
 @pytest.mark.parametrize("end", [ShownMission.end, ShownMission.finish])
 def test_a_mission_that_is_over_or_to_end_is_not_paused_any_more(end):
-    hub = PauseWitness()
-    mission = ShownMission(read_mission_file(None), hub, confirm=False)
+    paused = threading.Event()
+    mission = ShownMission(read_mission_file(None), hub_setting(paused, "paused", paused=True), confirm=False)
     end(mission)
     mission.pause()  # by a thread that found it a moment ago
-    assert not hub.paused
+    assert not paused.is_set()
 
 
 @pytest.mark.parametrize("fps", [5, 10, 15, 20, 30])

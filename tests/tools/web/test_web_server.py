@@ -46,6 +46,12 @@ def _running(folder: Path, address: str = REALTIME, camera: str | None = None) -
         yield client_of(server)
 
 
+def _drive(page: WebSocketTestSession) -> None:
+    """Drive ahead, from the centre."""
+    for ahead in (0, 1):
+        page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
+
+
 def test_the_page_and_its_parts_are_served_and_need_nothing_from_elsewhere(tmp_path):
     client = client_of(server_of(tmp_path))
     page = client.get("/")
@@ -157,8 +163,7 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
         client.websocket_connect("/ws") as page,
         client.websocket_connect("/ws") as other,
     ):
-        for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
+        _drive(page)
         assert told(page, "state", doing="driving")
         other.send_json({"type": "drive", "ahead": -1, "turn": 0})
         assert "(page 1) drives" in refusal(other)
@@ -176,8 +181,7 @@ def test_a_driver_is_asked_to_begin_at_the_centre(tmp_path):
 def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
     server = server_of(tmp_path)
     with client_of(server).websocket_connect("/ws") as page:
-        for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
+        _drive(page)
         page.send_text("no message")
         refusal(page)
         assert server.robot.controls.wanted(0.0)[0] > 0
@@ -212,8 +216,7 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
         client.websocket_connect("/ws") as page,
         client.websocket_connect("/ws") as other,
     ):
-        for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
+        _drive(page)
         other.send_json({"type": "stop"})
         told(page, "state", stopped=True)
         for asked in ({"type": "drive", "ahead": 1, "turn": 0}, {"type": "start_mission"}):
@@ -228,8 +231,7 @@ def test_who_drives_during_a_mission_gets_the_reason_why_the_robot_does_not_move
     with _running(tmp_path) as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission"})
         told(page, "run")
-        for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
+        _drive(page)
         assert "A mission is running" in refusal(page)
 
 
@@ -411,20 +413,19 @@ def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_continues(tmp_pa
 @pytest.mark.parametrize(
     ("does", "error"), [("return {}['lamp']", "KeyError: 'lamp'"), ("raise SystemExit(3)", "SystemExit: 3")]
 )
-def test_an_exception_in_your_own_profile_is_reported_and_the_page_continues(does, error, tmp_path, monkeypatch):
+def test_an_exception_in_your_own_profile_is_reported_and_the_page_continues(does, error, here, monkeypatch):
     broken = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n"
-    (tmp_path / "odd_on_page.py").write_text(f"{broken}    def skill(self, *_): {does}\n", encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
+    (here / "odd_on_page.py").write_text(f"{broken}    def skill(self, *_): {does}\n", encoding="utf-8")
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.delitem(sys.modules, "odd_on_page", raising=False)
     monkeypatch.setattr(registry, "external_profiles", {})
     text = QUICK.replace("[target.lena]", 'profile = "odd_on_page:Odd"\n[target.lena]')
-    (tmp_path / "quick.toml").write_text(text, encoding="utf-8")
-    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+    (here / "quick.toml").write_text(text, encoding="utf-8")
+    with _running(here, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
         for _ in range(2):
             page.send_json({"type": "start_mission", "mission": "quick.toml"})
             said = next_message(page, lambda each: each["type"] in ("problem", "refused"))
-            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: {error}" in said["text"]
+            assert f"failed at {here / 'odd_on_page.py'}:3: {error}" in said["text"]
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from nxtdrive.mission.assembly import open_robot
 from nxtdrive.tools.web.hub import Client, Hub
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.vision.target_vision import CameraVision, GeometricVision
-from tests.tools.web.pages import robot_of
+from tests.tools.web.pages import hub_setting, robot_of
 
 
 @pytest.fixture
@@ -23,19 +23,6 @@ def client() -> Iterator[Client]:
     """A page that reads nothing."""
     with closing(asyncio.new_event_loop()) as loop:
         yield Client(loop, "page")
-
-
-class Ended(Hub):
-    """A hub that knows when a mission has ended."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.ended = threading.Event()
-
-    def publish(self, kind: str, values: Any) -> None:
-        super().publish(kind, values)
-        if kind == "ended":
-            self.ended.set()
 
 
 def test_frames_without_a_reader_are_not_rendered():
@@ -72,13 +59,14 @@ def test_frames_are_searched_only_for_targets_without_a_name_in_the_world(camera
 
 
 def _journal(folder: Path, mission: Any, watchers: list[Client]) -> bytes:
-    hub = Ended()
+    ended = threading.Event()
+    hub = hub_setting(ended, "ended")
     for watcher in watchers:
         hub.join(watcher)
     with closing(robot_of(folder, hub, "sim://open?pace=fast", "geometric")) as robot:
         robot.start_mission(mission, confirm=False)
         robot.open()
-        assert hub.ended.wait(60)
+        assert ended.wait(60)
     (journal,) = folder.glob("*/journal.jsonl")
     return journal.read_bytes()
 
