@@ -98,12 +98,6 @@ def test_a_robot_file_with_mistakes_is_refused(tmp_path, text, expected):
     assert str(path) in str(caught.value)
 
 
-def test_mistakes_of_a_robot_file_are_mistakes_of_the_mission_that_names_it(tmp_path):
-    path = _file(tmp_path, "m.toml", MISSION.replace("[mission]", '[mission]\nrobot_file = "gone.toml"'))
-    with pytest.raises(MissionError, match=r"gone\.toml"):
-        load_mission(path)
-
-
 def test_mistakes_of_the_mission_do_not_hide_that_its_robot_file_is_not_there(tmp_path):
     path = _file(tmp_path, "m.toml", MISSION.replace("[mission]", '[mission]\nrounds = 0\nrobot_file = "gone.toml"'))
     with pytest.raises(MissionError, match=r": 2 mistakes\n  mission\.rounds: .*\n.*gone\.toml: cannot be read"):
