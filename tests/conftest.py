@@ -26,6 +26,10 @@ os.environ.setdefault(BLAS_THREADS, "1")
 # with two of OpenCV's threads a calibration takes a fifth more processor time and no less wall time
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
+# what a shell exports for the developer's own robot: tests would find it, and drive it
+for _variable in ("NXT", "NXT_ROBOT"):
+    os.environ.pop(_variable, None)
+
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 
 MAX_PROCESSES = 8

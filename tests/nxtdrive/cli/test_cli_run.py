@@ -38,9 +38,7 @@ def _journal(folder: Path) -> list[dict]:
     return [json.loads(line) for line in (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(here, monkeypatch):
-    monkeypatch.delenv("NXT", raising=False)
+pytestmark = pytest.mark.usefixtures("here")
 
 
 @pytest.fixture

@@ -47,8 +47,7 @@ def test_a_mission_is_no_classroom(tmp_path, capsys):
     assert "is a mission file, not a classroom. Choose the mission on the page" in capsys.readouterr().err
 
 
-def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, refused):
-    monkeypatch.delenv("NXT_ROBOT", raising=False)
+def test_the_robot_file_of_the_folder_is_used(tmp_path, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     said = refused("web", "--port", "0", "--folder", str(tmp_path))
     assert "robot.radius_mm" in said
@@ -65,8 +64,7 @@ def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_p
     assert "radius_mm" not in said
 
 
-def test_a_missions_folder_is_that_of_its_file(tmp_path, monkeypatch, refused):
-    monkeypatch.delenv("NXT_ROBOT", raising=False)
+def test_a_missions_folder_is_that_of_its_file(tmp_path, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     mission = tmp_path / "m1.toml"
     mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = 7\n', encoding="utf-8")
