@@ -69,6 +69,7 @@ def drive(wiring, seed=1, *, robot=None, fov=1.0, track=1.0, late_frames=0, for_
     return ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wiring", [each for each in WIRINGS if each != AS_DESCRIBED])
 def test_every_wrong_wiring_is_noticed_and_its_keys_are_named(wiring):
     """A robot that drives backwards towards its target often only backs against a wall, where it learns nothing."""
@@ -83,12 +84,14 @@ def test_every_wrong_wiring_is_noticed_and_its_keys_are_named(wiring):
                 assert f"{key}_reversed = true" in each
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), fov=st.floats(0.85, 1.15), track=st.floats(0.9, 1.1), late=st.integers(0, 8))
 @example(seed=63, fov=1.0, track=1.0, late=3).via("swings to and fro at the edge of the frame, in step with its age")
 def test_a_robot_as_described_is_left_alone_though_its_numbers_are_a_little_off(seed, fov, track, late):
     assert drive(AS_DESCRIBED, seed, fov=fov, track=track, late_frames=late, for_s=40.0) == ""
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), keeps=st.floats(0.2, 1.0), left=st.booleans())
 def test_a_wheel_that_slips_is_not_taken_for_a_reversed_one(seed, keeps, left):
     assert drive(Wiring(keeps, 1) if left else Wiring(1, keeps), seed, for_s=60.0) == ""
@@ -135,6 +138,7 @@ def test_the_description_of_a_wiring_is_the_one_that_it_fits(wiring):
     assert (right.left, right.right) == (("C", "B") if wiring.exchanged else ("B", "C"))
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), keeps=st.floats(0.2, 0.9), left=st.booleans())
 @example(seed=0, keeps=0.2689283265833197, left=True).via("circles in step with its echoes, three of four rising")
 @example(seed=1974, keeps=0.890625, left=False).via("passes walls that are as far apart as its ways")
@@ -155,6 +159,7 @@ def test_a_wheel_that_slips_for_long_is_not_taken_for_a_reversed_one_without_a_t
         )
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6))
 def test_echoes_of_anything_say_little_against_the_description(seed):
     """Another robot's sonar, for instance, gives such echoes."""

@@ -62,6 +62,7 @@ def test_a_motor_that_is_not_plugged_in_ends_the_mission(perform, mission_for, p
     assert done.simulation.truth.speed_mm_s < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
 @pytest.mark.parametrize(
     ("wheel", "names"),

@@ -147,6 +147,7 @@ def test_qr_reads_the_encodings_of_other_generators(text, how):
     assert len(QrDetector("7").detect(frame)) == 1
 
 
+@pytest.mark.slow
 @given(st.integers(2, 60), st.integers(2, 60), st.integers(0, 2**32 - 1))
 def test_qr_survives_scraps_of_codes(height, width, seed):
     """Parts of a code at any place and size, stretched over the frame, with noise."""

@@ -1,5 +1,7 @@
 """The oracle that searches with the camera: it tours viewpoints on the true map, and drives to targets in view."""
 
+import pytest
+
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import ScanPositions
 from nxtdrive.tools.sweep.task import Task, result_of, run_episode
@@ -39,6 +41,7 @@ def test_no_place_behind_a_closed_wall_is_chosen():
     raise AssertionError("it never came to an end")
 
 
+@pytest.mark.slow
 def test_a_target_is_found_by_sight_through_the_only_door():
     """Both targets hang beyond a door; the map alone does not lead to them."""
     trace, _ = run_episode(generate_scenario("doorway", 100), "oracle-eyes", "geometric")
