@@ -18,3 +18,8 @@ detector = "color"
 color = "red"
 """
 """It names no file."""
+
+
+def with_table(mission, table, **values):
+    """Return a mission with other values in one of its tables."""
+    return mission.model_copy(update={table: getattr(mission, table).model_copy(update=values)})

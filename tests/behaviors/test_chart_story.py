@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 
 import pytest
 from random_ports import RandomPorts, two_targets
@@ -174,33 +173,6 @@ def test_the_time_limit_holds_for_a_skill_that_does_not_check_it():
     ports = Facing(1000.0)
     report = Executive(two_targets(time_limit_s=20.0), Ports(ports, ports, ports), make_profile=Dawdling).run()
     assert (report.ending, report.duration_s) == (Ending.TIME_UP, 20.0)
-
-
-class Failing(Facing):
-    """An error, or Ctrl-C, comes while it drives."""
-
-    def __init__(self, error: BaseException) -> None:
-        super().__init__(1000.0)
-        self._error = error
-
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        self._speeds = speed_mm_s, turn_deg_s
-        return None
-
-    def glance(self, targets: tuple[str, ...] | list[str]) -> Glimpse:
-        if not self.at_rest:
-            raise self._error
-        return super().glance(targets)
-
-
-@pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError()], ids=repr)
-@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
-def test_the_motors_are_off_when_a_mission_breaks_off_while_the_robot_drives(profile, error):
-    ports = Failing(error)
-    with suppress(ZeroDivisionError):
-        _journal(ports, profile=profile, time_limit_s=20.0)
-    assert ports.now() < 20.0
-    assert ports.at_rest
 
 
 class Blinking(Facing):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from random_ports import RandomPorts, two_targets
 
 from behaviors.executive import Ending, Executive
 from behaviors.journal import Record, RecordKind
-from behaviors.ports import CameraLost, Glimpse, Ports, RobotUnreachable
+from behaviors.ports import CameraLost, Glimpse, Ports, RobotUnreachable, Sighting
 from behaviors.wiring import WrongWiring
 
 TIMEOUT_S, LIMIT_S = 3.0, 8.0
@@ -17,7 +18,7 @@ START_S = 1000.0
 
 
 class Driving(RandomPorts):
-    """A robot that sees its target always, until an error comes while it drives.
+    """A robot that sees its target always, far ahead, until an error comes while it drives.
 
     Args:
         error: Raised for each picture from then on.
@@ -40,6 +41,9 @@ class Driving(RandomPorts):
             raise self._error
         return super().glance(targets)
 
+    def _sighting(self, target: str) -> Sighting:
+        return replace(super()._sighting(target), distance_mm=1500.0)
+
     def range_mm(self) -> float | None:
         return None
 
@@ -47,15 +51,19 @@ class Driving(RandomPorts):
         self.trusted += 1
 
 
-def perform(robot: Driving) -> tuple[Executive, list[Record], list[bool]]:
+PROFILES = pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+
+
+def perform(robot: Driving, profile: str) -> tuple[Executive, list[Record], list[bool]]:
     """Return the mission, its journal, and whether the robot stood when each record was written."""
     records: list[Record] = []
     stood: list[bool] = []
-    mission = two_targets(reconnect_timeout_s=TIMEOUT_S, time_limit_s=LIMIT_S)
+    mission = two_targets(profile=profile, reconnect_timeout_s=TIMEOUT_S, time_limit_s=LIMIT_S)
     observers = [records.append, lambda _: stood.append(robot.at_rest)]
     return Executive(mission, Ports(robot, robot, robot), observers), records, stood
 
 
+@PROFILES
 @pytest.mark.parametrize(
     ("error", "ending", "reason"),
     [
@@ -67,9 +75,9 @@ def perform(robot: Driving) -> tuple[Executive, list[Record], list[bool]]:
         (None, Ending.TIME_UP, "time_up"),
     ],
 )
-def test_the_robot_stands_and_the_chart_ends_for_the_reason_of_the_ending(error, ending, reason):
+def test_the_robot_stands_and_the_chart_ends_for_the_reason_of_the_ending(profile, error, ending, reason):
     robot = Driving(error)
-    executive, records, stood = perform(robot)
+    executive, records, stood = perform(robot, profile)
     report = executive.run()
     assert robot.drove
     assert robot.at_rest
@@ -86,9 +94,10 @@ def test_the_robot_stands_and_the_chart_ends_for_the_reason_of_the_ending(error,
     assert records[-1].data["ending"] == ending
 
 
-def test_an_error_of_a_skill_is_raised_with_the_robot_at_rest():
+@PROFILES
+def test_an_error_of_a_skill_is_raised_with_the_robot_at_rest(profile):
     robot = Driving(ZeroDivisionError("a mistake"))
-    executive, records, _ = perform(robot)
+    executive, records, _ = perform(robot, profile)
     with pytest.raises(ZeroDivisionError):
         executive.run()
     assert robot.drove

@@ -151,11 +151,11 @@ def test_a_mission_may_name_an_installed_profile_only(tmp_path, refused):
         '[mission]\ntargets = ["tag"]\nprofile = "patient"\n[target.tag]\ndetector = "marker"\nid = 7\n',
         encoding="utf-8",
     )
-    said = refused("mission", "check", str(mission))
+    said = refused("mission", "check", mission)
     assert "must be thesis, adaptive, a class as package.module:Class, or an installed profile" in said
     assert "(docs/profiles.md), not 'patient'" in said
     mission.write_text(mission.read_text(encoding="utf-8").replace("patient", "adaptiv"), encoding="utf-8")
-    assert "there is no profile 'adaptiv'; did you mean 'adaptive'?" in refused("mission", "check", str(mission))
+    assert "there is no profile 'adaptiv'; did you mean 'adaptive'?" in refused("mission", "check", mission)
     mission.write_text(mission.read_text(encoding="utf-8").replace("adaptiv", "patient"), encoding="utf-8")
     _install(tmp_path)
     assert main(["mission", "check", str(mission)]) == DONE
@@ -179,7 +179,7 @@ def test_a_run_says_which_external_profile_drove(tmp_path, capsys, printed):
     assert main(["run", str(mission), "--policy", "patient:Patient", "--no-video", "--out", "runs"]) == NOT_ACHIEVED
     (run,) = (tmp_path / "runs").iterdir()
     capsys.readouterr()
-    assert "profile patient:Patient" in printed("explain-run", str(run))
+    assert "profile patient:Patient" in printed("explain-run", run)
 
 
 @pytest.mark.parametrize("name", ["patient", "gone:Patient"])
@@ -190,7 +190,7 @@ def test_a_run_is_explained_and_exported_where_its_profile_is_not(tmp_path, caps
     )
     (tmp_path / "mission.json").write_text(mission.model_dump_json(), encoding="utf-8")
     (tmp_path / "journal.jsonl").write_bytes(JOURNAL.read_bytes())
-    said = " ".join(printed("explain-run", str(tmp_path)).split())
+    said = " ".join(printed("explain-run", tmp_path).split())
     assert f"profile {name}" in said
     assert f"profile '{name}' cannot be loaded: ModuleNotFoundError" in said
     assert "no mission.json" not in said
@@ -225,19 +225,18 @@ def test_an_exception_in_a_profile_is_one_sentence_with_its_place(tmp_path, refu
     assert "Traceback" in refused(*words, "-v")
 
 
-def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profile(tmp_path):
-    (tmp_path / "odd.py").write_text(BROKEN, encoding="utf-8")
-    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
-    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
-
-
-@pytest.mark.parametrize("leaves", ["sys.exit(3)", "raise SystemExit"])
-def test_a_profile_that_exits_does_not_end_a_sweep(leaves, tmp_path):
-    (tmp_path / "odd.py").write_text(
-        f"import sys\n{BROKEN.replace('return self.skills[state]', leaves)}", encoding="utf-8"
-    )
-    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
-    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:6: SystemExit" in error
+@pytest.mark.parametrize(
+    ("fails", "error"),
+    [
+        ("return self.skills[state]", "AttributeError"),
+        ("import sys; sys.exit(3)", "SystemExit"),
+        ("raise SystemExit", "SystemExit"),
+    ],
+)
+def test_the_line_of_a_swept_mission_has_the_place_where_its_profile_failed(fails, error, tmp_path):
+    (tmp_path / "odd.py").write_text(BROKEN.replace("return self.skills[state]", fails), encoding="utf-8")
+    line = evaluate(Task(0, "open", 100, "odd:Odd", "geometric"))
+    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: {error}" in line.error
 
 
 EXITS = {
@@ -278,18 +277,19 @@ def test_a_signal_that_comes_while_a_profile_is_loaded_ends_the_command(tmp_path
         find_profile("odd:Odd")
 
 
-def test_a_signal_in_a_profile_ends_a_mission(tmp_path):
+@pytest.mark.parametrize(
+    "begin",
+    [
+        lambda: main(["run", "--no-video", "--profile", "odd:Odd"]),
+        lambda: evaluate(Task(0, "open", 100, "odd:Odd", "geometric")),
+    ],
+    ids=["mission", "sweep"],
+)
+def test_a_signal_in_a_profile_ends_a_mission_and_a_sweep(tmp_path, begin):
     leaves = "from nxtdrive.signals import Terminated; raise Terminated(143)"
     (tmp_path / "odd.py").write_text(BROKEN.replace("return self.skills[state]", leaves), encoding="utf-8")
     with pytest.raises(Terminated):
-        main(["run", "--no-video", "--profile", "odd:Odd"])
-
-
-def test_a_signal_in_a_profile_ends_a_sweep(tmp_path):
-    leaves = "from nxtdrive.signals import Terminated; raise Terminated(143)"
-    (tmp_path / "odd.py").write_text(BROKEN.replace("return self.skills[state]", leaves), encoding="utf-8")
-    with pytest.raises(Terminated):
-        evaluate(Task(0, "open", 100, "odd:Odd", "geometric"))
+        begin()
 
 
 def test_of_two_profiles_in_one_module_the_one_that_ran_is_named(tmp_path):

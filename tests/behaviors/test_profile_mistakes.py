@@ -189,6 +189,7 @@ def test_a_command_prints_one_line(tmp_path, refused, command):
     assert said.startswith("nxtdrive: select() of mistaken:Policy (")
 
 
+@pytest.mark.slow
 def test_a_sweep_counts_the_missions_that_broke_and_ends_with_2(tmp_path, capsys, printed):
     _write(tmp_path, POLICY.format("None", ()))
     words = ["sweep", "--classes", "block_permanent", "--seeds", "100"]
@@ -226,7 +227,7 @@ def test_a_check_of_the_mission_finds_it(tmp_path, refused, body, text):
         '[target.tag]\ndetector = "marker"\nid = 7\nheight_mm = 150\n',
         encoding="utf-8",
     )
-    said = refused("mission", "check", str(mission))
+    said = refused("mission", "check", mission)
     assert "1 mistake\n  mission.profile: profile 'mistaken:Mistaken' cannot be " in said
     assert text in said
 

@@ -8,6 +8,7 @@ from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from behaviors.mission import Mission
+from tests.small_mission import with_table
 
 TRUE_HEIGHT_MM = 297.0
 LENS_FORWARD_MM = 60.0
@@ -78,7 +79,7 @@ def test_the_thesis_arrives_by_apparent_size_alone(perform, mission_for):
 @pytest.mark.nightly
 def test_a_print_that_fills_the_frame_is_reached_without_a_sonar(perform, mission_for):
     mission = _mission(mission_for("lena"), TRUE_HEIGHT_MM, time_limit_s=60.0)
-    mission = mission.model_copy(update={"robot": mission.robot.model_copy(update={"ultrasonic": 0})})
+    mission = with_table(mission, "robot", ultrasonic=0)
     done = perform("open", mission)
     assert done.report.achieved
     assert 2400.0 - 500.0 < done.track[-1][1].x_mm + LENS_FORWARD_MM < 2400.0 - 200.0

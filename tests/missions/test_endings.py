@@ -8,6 +8,7 @@ from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from sim_backend.link import LinkFaults
+from tests.small_mission import with_table
 
 
 def _at_rest(done) -> bool:
@@ -56,11 +57,9 @@ def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, missio
 
 
 def test_a_link_that_stays_away_ends_the_mission_after_its_patience(perform, mission_for):
-    mission = mission_for("lena")
-    table = mission.mission.model_copy(update={"reconnect_timeout_s": 20.0})
     done = perform(
         "open",
-        mission.model_copy(update={"mission": table}),
+        with_table(mission_for("lena"), "mission", reconnect_timeout_s=20.0),
         geometric=True,
         faults=LinkFaults(unplugged_ms=((8000, FOREVER_MS),)),
         reconnecting=True,
@@ -97,11 +96,9 @@ def test_a_mission_without_its_target_is_given_up_not_broken(perform, mission_fo
 
 @pytest.mark.nightly
 def test_a_mission_that_sets_no_time_limit_ends_after_ten_minutes(perform, mission_for):
-    mission = mission_for("rilakkuma")
-    table = mission.mission.model_copy(update={"profile": "adaptive", "reconnect_timeout_s": 3600.0})
     done = perform(
         "open",
-        mission.model_copy(update={"mission": table}),
+        with_table(mission_for("rilakkuma"), "mission", profile="adaptive", reconnect_timeout_s=3600.0),
         geometric=True,
         faults=LinkFaults(unplugged_ms=((20_000, 570_000),)),  # most of the time, which then takes little to simulate
         reconnecting=True,
@@ -129,9 +126,8 @@ def test_reaching_is_an_explicit_stop_near_the_target(perform, mission_for):
 @pytest.mark.slow
 @pytest.mark.parametrize("limit_s", [1.5, 5.0, 9.0, 30.0, 60.0])
 def test_a_time_limit_ends_the_mission_in_any_state_within_two_seconds(perform, mission_for, limit_s):
-    mission = mission_for("lena", "rilakkuma")
-    table = mission.mission.model_copy(update={"time_limit_s": limit_s})
-    done = perform("figure6", mission.model_copy(update={"mission": table}), geometric=True)
+    mission = with_table(mission_for("lena", "rilakkuma"), "mission", time_limit_s=limit_s)
+    done = perform("figure6", mission, geometric=True)
     assert done.report.ending is Ending.TIME_UP
     assert limit_s <= done.report.duration_s <= limit_s + 2.0
     assert _at_rest(done)

@@ -9,6 +9,7 @@ from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from sim_backend.devices.digital import UltrasonicSensor
 from sim_backend.link import LinkFaults
+from tests.small_mission import with_table
 
 PROFILES = pytest.mark.parametrize("profile", ["thesis", "adaptive"])
 SEARCHING_S, APPROACHING_S = 1.0, 7.0
@@ -21,10 +22,6 @@ def _camera_away(from_s, for_s):
         simulation.webcam.unplugged_ms = ((round(from_s * 1000), round((from_s + for_s) * 1000)),)
 
     return arrange
-
-
-def _with_table(mission, table, **values):
-    return mission.model_copy(update={table: getattr(mission, table).model_copy(update=values)})
 
 
 @PROFILES
@@ -55,7 +52,7 @@ def test_a_mission_with_detectors_outlasts_it_too(perform, mission_for, profile)
 
 @PROFILES
 def test_a_camera_that_stays_away_ends_the_mission_in_good_order(perform, mission_for, profile):
-    mission = _with_table(mission_for("lena", profile=profile), "mission", reconnect_timeout_s=12.0)
+    mission = with_table(mission_for("lena", profile=profile), "mission", reconnect_timeout_s=12.0)
     done = perform("open", mission, geometric=True, arrange=_camera_away(APPROACHING_S, FOREVER_S))
     assert done.report.ending is Ending.CAMERA_LOST
     assert "camera" in done.report.error
@@ -183,7 +180,7 @@ def test_a_sonar_that_is_back_is_used_again(perform, mission_for, profile):
 
 @PROFILES
 def test_without_any_safety_sensor_it_waits_and_then_ends_with_a_sentence(perform, mission_for, profile):
-    mission = _with_table(mission_for("lena", profile=profile), "robot", touch=0)
+    mission = with_table(mission_for("lena", profile=profile), "robot", touch=0)
     done = perform("open", mission, geometric=True, arrange=_sonar_out(APPROACHING_S))
     assert done.report.ending is Ending.SENSOR_LOST
     assert "sonar" in done.report.error
@@ -196,14 +193,14 @@ def test_without_any_safety_sensor_it_waits_and_then_ends_with_a_sentence(perfor
 
 @PROFILES
 def test_a_compass_that_is_not_there_leaves_the_wheels(perform, mission_for, profile):
-    mission = _with_table(mission_for("lena", profile=profile), "robot", compass=2)
+    mission = with_table(mission_for("lena", profile=profile), "robot", compass=2)
     done = perform("open", mission, geometric=True)
     assert done.report.achieved
     assert [record.data["sensor"] for record in done.of(RecordKind.SENSOR)] == ["compass"]
 
 
 def test_a_dead_bumper_leaves_the_sonar(perform, mission_for):
-    mission = _with_table(mission_for("lena"), "robot", touch=2)
+    mission = with_table(mission_for("lena"), "robot", touch=2)
     done = perform("open", mission, geometric=True, arrange=lambda sim: sim.brick.attach_sensor(2, None))
     assert done.report.achieved
 

@@ -9,6 +9,7 @@ from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from behaviors.pause import Pause, Paused
 from sim_backend.link import LinkFaults
+from tests.small_mission import with_table
 
 PROFILES = pytest.mark.parametrize("profile", ["thesis", "adaptive"])
 SEARCHING_MS, APPROACHING_MS = 40, 7000
@@ -82,8 +83,7 @@ def test_a_pause_in_a_motion_lets_the_skill_complete_it(perform, mission_for):
 
 
 def test_the_time_of_a_pause_does_not_count_against_the_time_limit(perform, mission_for):
-    mission = mission_for("lena")
-    short = mission.model_copy(update={"mission": mission.mission.model_copy(update={"time_limit_s": 5.0})})
+    short = with_table(mission_for("lena"), "mission", time_limit_s=5.0)
     operator = Operator(SEARCHING_MS)
     done = perform("open", short, geometric=True, arrange=operator.arrange, pause=operator)
     assert done.report.ending is Ending.TIME_UP
@@ -101,8 +101,7 @@ def test_the_brick_does_not_switch_itself_off(perform, mission_for):
 def test_a_pause_during_an_outage_stops_the_clock_of_the_outage(perform, mission_for):
     faults = LinkFaults(silent_ms=((5000, 12_000),))
     operator = Operator(10_000)
-    mission = mission_for("lena")
-    limited = mission.model_copy(update={"mission": mission.mission.model_copy(update={"reconnect_timeout_s": 20.0})})
+    limited = with_table(mission_for("lena"), "mission", reconnect_timeout_s=20.0)
     done = perform("open", limited, geometric=True, faults=faults, arrange=operator.arrange, pause=operator)
     assert done.report.achieved
     assert done.of(RecordKind.TRANSITION, event="link_back")
@@ -127,6 +126,7 @@ def test_ending_a_mission_that_is_paused_ends_it(perform, mission_for):
     assert done.simulation.truth.speed_mm_s < 1.0
 
 
+@pytest.mark.slow
 def test_the_time_of_a_pause_does_not_count_as_time_spent_on_a_target(perform, mission_for):
     mission = mission_for("rilakkuma", profile="adaptive")
     spent_s = []

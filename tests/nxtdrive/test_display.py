@@ -103,7 +103,7 @@ def test_reads_are_as_long_as_the_firmware_allows_and_no_longer(simulation):
 
 def test_the_command_writes_an_image(tmp_path, answered):
     out = tmp_path / "nxt.png"
-    assert answered("screenshot", str(out), "--nxt", "sim://open", "--scale", "3") == {
+    assert answered("screenshot", out, "--nxt", "sim://open", "--scale", "3") == {
         "address": "sim://open",
         "file": str(out),
         "width": 300,

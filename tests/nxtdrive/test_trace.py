@@ -319,11 +319,11 @@ def test_a_recorded_robot_keeps_its_simulated_camera(tmp_path):
 
 
 def test_show_says_it_in_words(talk, printed):
-    text = printed("trace", "show", str(talk))
+    text = printed("trace", "show", talk)
     assert "-> GetDeviceInfo" in text
     assert "free_flash=" in text
-    assert len(printed("trace", "show", str(talk), "--full").splitlines()) > len(text.splitlines())
-    lines = [json.loads(line) for line in printed("trace", "show", str(talk), "--json").splitlines()]
+    assert len(printed("trace", "show", talk, "--full").splitlines()) > len(text.splitlines())
+    lines = [json.loads(line) for line in printed("trace", "show", talk, "--json").splitlines()]
     assert lines[0]["explained"]["name"] == "KeepAlive"
 
 
@@ -331,7 +331,7 @@ def test_diff_names_the_fields_that_differ(talk, tmp_path, capsys, printed):
     other = tmp_path / "other.nxttrace"
     assert main(["info", "--nxt", "sim://open?firmware=1.05&latency_ms=9", "--trace", str(other)]) == DONE
     capsys.readouterr()
-    assert "the same" in printed("trace", "diff", str(talk), str(talk))
+    assert "the same" in printed("trace", "diff", talk, talk)
     assert main(["trace", "diff", str(talk), str(other)]) == NOT_ACHIEVED
     assert "firmware_minor: 29, then 5" in capsys.readouterr().out
 
@@ -345,7 +345,7 @@ def test_diff_aligns_conversations(talk, tmp_path, capsys):
 
 
 def test_replay_compares_a_brick_with_the_recorded_one(talk, capsys, printed):
-    assert "as recorded" in printed("trace", "replay", str(talk), "--nxt", "sim://open")
+    assert "as recorded" in printed("trace", "replay", talk, "--nxt", "sim://open")
     assert main(["trace", "replay", str(talk), "--nxt", "sim://open?firmware=1.05"]) == NOT_ACHIEVED
     assert "firmware_minor" in capsys.readouterr().out
 

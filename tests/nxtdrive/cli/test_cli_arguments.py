@@ -310,7 +310,7 @@ def test_a_name_that_the_brick_cannot_show_is_refused(name, refused):
 
 def test_a_detector_is_tried_on_the_simulated_camera(printed, tmp_path):
     seen = tmp_path / "seen.png"
-    lines = printed("detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", str(seen)).splitlines()
+    lines = printed("detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", seen).splitlines()
     assert lines[0].startswith("height: 297 mm")
     assert lines[1].startswith("frame    0  orange at ")
     assert lines[-1].startswith("seen in 2 of 2 frames")

@@ -260,12 +260,12 @@ def test_a_journal_without_a_record_is_refused(tmp_path, refused, text):
 def test_a_journals_bad_lines_are_left_out_and_named(tmp_path, answered, text):
     (tmp_path / "journal.jsonl").write_text(GOOD_START + text + "\n", encoding="utf-8")
     (tmp_path / "mission.json").write_text(DEEP, encoding="utf-8")
-    assert answered("explain-run", str(tmp_path))["damaged_lines"] == [2]
+    assert answered("explain-run", tmp_path)["damaged_lines"] == [2]
 
 
 def test_a_byte_order_mark_before_json_lines_does_no_harm(tmp_path, answered):
     (tmp_path / "journal.jsonl").write_text("\ufeff" + GOOD_START.replace("\n", "\r\n"), encoding="utf-8")
-    assert answered("explain-run", str(tmp_path))["damaged_lines"] == []
+    assert answered("explain-run", tmp_path)["damaged_lines"] == []
     (tmp_path / "x.nxttrace").write_text("\ufeff" + json.dumps(HEADER), encoding="utf-8")
     assert main(["trace", "show", str(tmp_path / "x.nxttrace")]) == DONE
 

@@ -44,7 +44,7 @@ def _run(folder, seen: bool):
 def test_counts_of_runs_are_shown_and_kept(tmp_path, printed):
     runs = [_run(tmp_path / f"run-{number}", number > 1) for number in range(4)]
     out = tmp_path / "chances.json"
-    assert "look again" in printed("chances", *runs, "--out", str(out))  # as the run itself printed it
+    assert "look again" in printed("chances", *runs, "--out", out)  # as the run itself printed it
     kept = json.loads(out.read_text())
     assert kept["counts"] == {"rescan/0.15/never_seen/0": [2, 2]}
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
@@ -58,7 +58,7 @@ def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, refused):
     assert main(["chances", str(tmp_path / "runs"), "--out", str(out)]) == DONE
     assert [each["name"] for each in json.loads(out.read_text())["sources"]] == ["run-0", "run-1", "run-2"]
     (tmp_path / "empty").mkdir()
-    assert "contains no journal.jsonl" in refused("chances", str(tmp_path / "empty"))
+    assert "contains no journal.jsonl" in refused("chances", tmp_path / "empty")
 
 
 def test_a_run_with_a_copy_in_its_folder_is_one_run(tmp_path):
@@ -79,7 +79,7 @@ def test_a_run_may_be_named_by_its_journal_or_be_the_current_folder(tmp_path, mo
 
 def test_lines_of_something_else_are_refused_with_what_to_name(tmp_path, refused):
     (tmp_path / "other.jsonl").write_text("{}\n")
-    assert "is not the file of a sweep" in (said := refused("chances", str(tmp_path / "other.jsonl")))
+    assert "is not the file of a sweep" in (said := refused("chances", tmp_path / "other.jsonl"))
     assert "Name run folders" in said
 
 
@@ -120,7 +120,7 @@ def test_counts_alone_are_shown(tmp_path, printed):
     out = tmp_path / "chances.json"
     counts = {"rescan/0.15/never_seen/0": [2, 2], "rescan/0.5/no_way/1": [1, 0], "wait/0.5/blocked_short/0": [0, 1]}
     out.write_text(json.dumps({"sources": [], "counts": counts}))
-    shown = [line.split("│")[1:-1] for line in printed("chances", str(out)).splitlines() if line.startswith("│")]
+    shown = [line.split("│")[1:-1] for line in printed("chances", out).splitlines() if line.startswith("│")]
     assert [[each.strip() for each in row] for row in shown] == [["look again", "5", "0.60"], ["wait", "1", "0.00"]]
 
 
@@ -150,7 +150,7 @@ def test_what_was_counted_is_not_counted_again(here, capsys):
 )
 def test_a_file_without_counts_is_refused(text, tmp_path, refused):
     (tmp_path / "other.json").write_text(text)
-    assert "has no counts. Name run folders" in refused("chances", str(tmp_path / "other.json")).replace("\n", " ")
+    assert "has no counts. Name run folders" in refused("chances", tmp_path / "other.json").replace("\n", " ")
 
 
 def test_a_run_of_another_profile_has_no_chances_to_count(tmp_path, capsys, refused):

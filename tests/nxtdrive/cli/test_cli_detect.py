@@ -120,20 +120,19 @@ def test_the_photograph_of_a_missions_target_is_not_replaced(folder, tmp_path, r
     target = '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\nheight_mm = 297\n'
     mission.write_text(f'[mission]\nname = "lena"\ntargets = ["lena"]\n\n{target}')
     words = ["--mission", str(mission), "--target", "lena", "--out", str(photograph)]
-    assert "the command reads it" in refused("detect", "try", str(folder), *words)
+    assert "the command reads it" in refused("detect", "try", folder, *words)
     assert photograph.read_bytes() == before
 
 
-def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, capsys):
+def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, refused):
     out = tmp_path / "nowhere" / "seen.webm"
-    assert main(["detect", "try", str(folder), "--color", "red", "--out", str(out)]) == USAGE
-    assert f"{out}: the video cannot be written." in capsys.readouterr().err
+    assert f"{out}: the video cannot be written." in refused("detect", "try", folder, "--color", "red", "--out", out)
 
 
 def test_a_drawing_never_replaces_a_picture_of_the_folder_that_is_read(folder, refused):
     image = min(folder.iterdir())
     before = image.read_bytes()
-    assert "the command reads it" in refused("detect", "try", str(folder), "--color", "red", "--out", str(image))
+    assert "the command reads it" in refused("detect", "try", folder, "--color", "red", "--out", image)
     assert image.read_bytes() == before
 
 
@@ -187,7 +186,7 @@ def test_the_result_has_a_place_of_its_own_by_default(picture, here, capsys):
 
 
 def test_nothing_seen_is_reported(picture, tmp_path, printed):
-    assert "nothing" in printed("detect", "try", str(picture), "--marker", "7", "--out", str(tmp_path / "x.png"))
+    assert "nothing" in printed("detect", "try", picture, "--marker", "7", "--out", tmp_path / "x.png")
 
 
 @pytest.mark.parametrize(("kind", "read"), [("qr", "QR code '7'"), ("marker", "marker 7")])
@@ -224,7 +223,7 @@ def test_a_family_needs_a_marker(picture, capsys):
     ],
 )
 def test_an_option_of_networks_is_not_ignored_without_one(option, value, picture, refused):
-    assert f"{option} needs --onnx" in refused("detect", "try", str(picture), "--color", "red", option, value)
+    assert f"{option} needs --onnx" in refused("detect", "try", picture, "--color", "red", option, value)
 
 
 @pytest.mark.parametrize(("kind", "height_mm"), [("--marker", 150), ("--qr", 160)])
@@ -247,7 +246,7 @@ def test_an_assumed_height_is_reported(picture, tmp_path, capsys, printed):
     out = str(tmp_path / "seen.png")
     assert main(["detect", "try", str(picture), "--color", "red", "--out", out]) == DONE
     assert "height: 297 mm, that of an upright sheet of A4" in capsys.readouterr().out
-    assert "height:" not in printed("detect", "try", str(picture), "--color", "red", "--out", out, "--height-mm", "100")
+    assert "height:" not in printed("detect", "try", picture, "--color", "red", "--out", out, "--height-mm", "100")
 
 
 @pytest.mark.parametrize(
@@ -260,13 +259,11 @@ def test_an_assumed_height_is_reported(picture, tmp_path, capsys, printed):
         ("mine.xml", "250 mm, a guess"),
     ],
 )
-def test_what_a_cascade_finds_is_not_taken_for_a_sheet_of_a4(cascade, assumed, picture, here, capsys):
+def test_what_a_cascade_finds_is_not_taken_for_a_sheet_of_a4(cascade, assumed, picture, here, printed):
     shutil.copy(Path(cv2.__file__).parent / "data" / "haarcascade_eye.xml", "mine.xml")
     words = ["detect", "try", str(picture), "--haar", cascade]
-    assert main(words) == DONE
-    assert f"height: {assumed}; measure yours and give --height-mm" in capsys.readouterr().out
-    assert main([*words, "--height-mm", "230"]) == DONE
-    assert "height:" not in capsys.readouterr().out
+    assert f"height: {assumed}; measure yours and give --height-mm" in printed(*words)
+    assert "height:" not in printed(*words, "--height-mm", "230")
 
 
 def test_a_usual_height_of_a_networks_label_is_called_that(picture, network, tmp_path, answered):
@@ -340,7 +337,7 @@ def network(tmp_path):
 def test_a_network_finds_its_label_and_says_what_it_is(picture, tmp_path, printed):
     (tmp_path / "red.onnx").write_bytes(red_model({"names": "{0: 'box'}", "license": "CC0-1.0"}))
     words = ["detect", "try", str(picture), "--onnx", str(tmp_path / "red.onnx"), "--label", "box"]
-    said = printed(*words, "--out", str(tmp_path / "out.png"))
+    said = printed(*words, "--out", tmp_path / "out.png")
     for line in (
         "layout boxes, 320x240 pixels, onnxruntime",
         "labels: box",
@@ -396,19 +393,19 @@ def test_the_colours_that_a_network_gets_can_be_given(picture, tmp_path, answere
     ],
 )
 def test_a_wrong_option_of_a_network_names_the_right_ones(option, value, hint, picture, network, refused):
-    assert hint in refused("detect", "try", str(picture), "--onnx", str(network), "--label", "cup", option, value)
+    assert hint in refused("detect", "try", picture, "--onnx", network, "--label", "cup", option, value)
 
 
 @pytest.mark.parametrize("words", [[], ["--label", "mug"]])
 def test_without_a_label_of_the_network_its_labels_are_listed(picture, network, refused, words):
-    assert "bowl, cup, cat" in refused("detect", "try", str(picture), "--onnx", str(network), *words)
+    assert "bowl, cup, cat" in refused("detect", "try", picture, "--onnx", network, *words)
 
 
 def test_mission_check_tries_the_network(network, refused):
     mission = network.with_name("m.toml")
     text = '[mission]\ntargets = ["mug"]\n[target.mug]\ndetector = "onnx"\nmodel = "cups.onnx"\n'
     mission.write_text(text + 'label = "mug"\n')
-    assert "has no label 'mug'. It has: bowl, cup, cat" in refused("mission", "check", str(mission))
+    assert "has no label 'mug'. It has: bowl, cup, cat" in refused("mission", "check", mission)
     mission.write_text(text + 'label = "cup"\n')
     assert main(["mission", "check", str(mission)]) == DONE
     assert main(["mission", "show", str(mission)]) == DONE
@@ -435,7 +432,7 @@ def test_names_that_opencv_cannot_take_are_refused(picture, words, here, refused
 
 
 def test_no_image_format_has_a_suffix_that_is_not_in_utf_8(tmp_path, refused):
-    assert "no image format ends in" in refused("screenshot", str(tmp_path / f"screen.{NO_UTF_8}"), "--nxt", "sim://")
+    assert "no image format ends in" in refused("screenshot", tmp_path / f"screen.{NO_UTF_8}", "--nxt", "sim://")
 
 
 def test_a_model_that_opencv_cannot_name_is_refused(tmp_path):

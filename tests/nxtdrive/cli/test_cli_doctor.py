@@ -21,6 +21,7 @@ from nxtdrive.transports.sim import SimTransport, shared
 from sim_backend.devices.digital import Compass
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import Simulation
+from tests.small_mission import with_table
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="udev and bluetoothctl are Linux's")
 
@@ -107,6 +108,7 @@ def test_without_a_brick_the_exit_code_says_so(capsys, monkeypatch):
     assert report["problems"] == 1, "one that is missing is one problem"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("grey", "verdict"), [(0, "warning"), (20, "warning"), (90, "ok")])
 def test_a_camera_with_a_closed_shutter_is_seen(capsys, tmp_path, grey, verdict):
     cv2.imwrite(str(tmp_path / "view.png"), np.full((24, 32, 3), grey, np.uint8))
@@ -283,10 +285,9 @@ def test_what_the_mission_needs_and_is_not_there_is_a_problem(lab):
 
 @pytest.mark.parametrize(("heading_deg", "verdict"), [(None, "problem"), (123, "ok")])
 def test_a_compass_that_the_mission_needs_is_examined(lab, heading_deg, verdict):
-    room, built_in = lab(), read_mission_file(None)
+    room, mission = lab(), with_table(read_mission_file(None), "robot", compass=2)
     if heading_deg is not None:
         room.attach(2, Compass(lambda: heading_deg))
-    mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"compass": 2})})
     findings = {finding.topic: finding for finding in patient.wiggle(room.brick, mission)}
     assert findings["sensor 2"].verdict == verdict
     assert ("123°" in findings["sensor 2"].text) is (heading_deg is not None)

@@ -236,7 +236,7 @@ def test_a_journal_says_its_format_and_one_of_a_later_version_is_refused(runs, r
     assert start["format"] == JOURNAL_FORMAT
     later = tmp_path / "journal.jsonl"
     later.write_text("\n".join([json.dumps({**start, "format": JOURNAL_FORMAT + 1}), *rest]), encoding="utf-8")
-    assert f"reads formats up to {JOURNAL_FORMAT}" in refused("explain-run", str(later))
+    assert f"reads formats up to {JOURNAL_FORMAT}" in refused("explain-run", later)
 
 
 def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_path):
@@ -281,7 +281,7 @@ def test_for_the_folder_of_all_runs_the_latest_one_is_named(refused, tmp_path):
         (tmp_path / name / "journal.jsonl").touch()
         os.utime(tmp_path / name / "journal.jsonl", (written_s, written_s))
     (tmp_path / "notes.txt").touch()
-    assert f"Name the folder of one run, such as {tmp_path / 'cat-002'}." in refused("explain-run", str(tmp_path))
+    assert f"Name the folder of one run, such as {tmp_path / 'cat-002'}." in refused("explain-run", tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -299,8 +299,8 @@ def test_a_folder_that_may_not_be_read_is_one_sentence(refused, tmp_path, monkey
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
     monkeypatch.setattr(os, "listdir", denied)
-    assert f"{tmp_path} cannot be read (Permission denied)" in refused("explain-run", str(tmp_path))
+    assert f"{tmp_path} cannot be read (Permission denied)" in refused("explain-run", tmp_path)
 
 
 def test_a_path_to_nothing_is_one_sentence(refused, tmp_path):
-    assert "cannot be read" in refused("explain-run", str(tmp_path / "nowhere"))
+    assert "cannot be read" in refused("explain-run", tmp_path / "nowhere")

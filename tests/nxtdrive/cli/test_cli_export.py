@@ -61,12 +61,12 @@ def test_what_is_reported_of_other_files_stays_out_of_standard_output(run, capsy
 def test_no_format_replaces_what_the_camera_saw(run, refused, file):
     recorded = run / "camera" / file
     before = recorded.read_bytes()
-    assert "cannot be written: the command reads it" in refused("export", str(run), "--csv", str(recorded))
+    assert "cannot be written: the command reads it" in refused("export", run, "--csv", recorded)
     assert recorded.read_bytes() == before
 
 
 def test_standard_output_takes_one_format(run, refused):
-    assert "two formats have the same file" in refused("export", str(run), "--csv", "-", "--html", "-")
+    assert "two formats have the same file" in refused("export", run, "--csv", "-", "--html", "-")
 
 
 @pytest.mark.parametrize("option", ["--mcap", "--webm"])
@@ -81,7 +81,7 @@ def test_a_terminal_gets_no_binary_data(run, monkeypatch, capsys, option):
 
 def test_a_terminal_gets_a_text_escaped(run, monkeypatch, printed):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    out = printed("export", str(run), "--csv", "-")
+    out = printed("export", run, "--csv", "-")
     assert "start,idle" in out
     assert "\x1b" not in out
 
@@ -90,7 +90,7 @@ def test_a_terminal_gets_a_text_escaped(run, monkeypatch, printed):
 @pytest.mark.parametrize("option", ["--mcap", "--webm"])
 def test_a_pipe_or_device_is_not_replaced(run, refused, option):
     os.mkfifo("pipe")
-    assert "it is not a regular file" in refused("export", str(run), option, "pipe")
+    assert "it is not a regular file" in refused("export", run, option, "pipe")
     assert Path("pipe").is_fifo()
     assert os.listdir() == ["pipe"]
 
@@ -98,7 +98,7 @@ def test_a_pipe_or_device_is_not_replaced(run, refused, option):
 @pytest.mark.parametrize("option", ["--html", "--csv", "--mcap", "--webm"])
 @pytest.mark.parametrize("name", [".", os.sep])
 def test_a_folder_is_not_replaced(run, refused, option, name):
-    assert "cannot be written" in refused("export", str(run), option, name)
+    assert "cannot be written" in refused("export", run, option, name)
     assert os.listdir() == []
 
 

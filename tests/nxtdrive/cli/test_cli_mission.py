@@ -32,7 +32,7 @@ def bad(tmp_path):
 
 
 def test_a_good_file_is_called_good(good, printed):
-    assert "good.toml: good" in printed("mission", "check", str(good))
+    assert "good.toml: good" in printed("mission", "check", good)
 
 
 def test_every_mistake_of_every_file_is_listed(good, bad, tmp_path, capsys):
@@ -67,7 +67,7 @@ GONE = '[target.t{}]\ndetector = "picture"\npictures = ["gone.png"]\n'
 def test_a_mission_with_more_targets_than_fit_in_memory_is_refused(tmp_path, refused, target, mistakes):
     path = tmp_path / "many.toml"
     path.write_text('[mission]\ntargets = ["t0"]\n' + "".join(map(target.format, range(2 * MAX_TARGETS))))
-    said = refused("mission", "check", str(path))
+    said = refused("mission", "check", path)
     assert f"many.toml: {mistakes} mistake" in said
     assert f"target: must have at most {MAX_TARGETS} entries" in said
 
@@ -76,7 +76,7 @@ def test_a_mission_with_more_targets_than_fit_in_memory_is_refused(tmp_path, ref
 def test_a_target_with_more_pictures_than_fit_in_memory_is_refused(tmp_path, refused, picture):
     path, pictures = tmp_path / "many.toml", [picture] * 2 * MAX_PICTURES
     path.write_text(f'[mission]\ntargets = ["t"]\n[target.t]\ndetector = "picture"\npictures = {pictures}\n')
-    said = refused("mission", "check", str(path))
+    said = refused("mission", "check", path)
     assert f"many.toml: {1 if picture == 'lena.png' else 1 + MAX_PICTURES} mistake" in said
     assert f"target.t.pictures: must have at most {MAX_PICTURES} entries" in said
 
@@ -150,7 +150,7 @@ def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path
     picture = _picture(tmp_path, *size)
     head = '[mission]\ntargets = ["cat"]\n[target.cat]\ndetector = "picture"\n'
     path.write_text(f'{head}pictures = ["{picture}"]\n{keys}\n', encoding="utf-8")
-    out = printed("mission", "check", str(path))
+    out = printed("mission", "check", path)
     assert (expected or "good") in out
     assert ("warning" in out) is (expected is not None)
 
@@ -161,10 +161,10 @@ def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path
 def test_a_marker_or_code_without_a_height_is_a_warning(keys, usual, tmp_path, printed):
     path = tmp_path / "sheet.toml"
     path.write_text(f'[mission]\ntargets = ["sheet"]\n[target.sheet]\n{keys}\n', encoding="utf-8")
-    out = printed("mission", "check", str(path))
+    out = printed("mission", "check", path)
     assert f"height_mm is missing, so 297 is assumed; the sheet that `nxtdrive mission new` writes has {usual}" in out
     path.write_text(f"{path.read_text(encoding='utf-8')}height_mm = {usual}\n", encoding="utf-8")
-    assert "warning" not in printed("mission", "check", str(path))
+    assert "warning" not in printed("mission", "check", path)
 
 
 def test_a_run_begins_with_the_warnings(tmp_path, capsys):
@@ -182,7 +182,7 @@ def test_mistakes_as_json(good, bad, capsys):
 
 
 def test_show_prints_numbers_and_table(good, printed):
-    text = printed("mission", "show", str(good))
+    text = printed("mission", "show", good)
     assert transition_table() in text
     assert mermaid() not in text
     rows = {line[2:].split()[0]: line for line in text.splitlines() if line.startswith(("* ", "  ")) and line.strip()}
@@ -194,11 +194,11 @@ def test_show_prints_numbers_and_table(good, printed):
 
 
 def test_show_prints_the_diagram_alone(good, printed):
-    assert printed("mission", "show", "--diagram", str(good)).rstrip() == mermaid().rstrip()
+    assert printed("mission", "show", "--diagram", good).rstrip() == mermaid().rstrip()
 
 
 def test_show_says_which_profiles_numbers_count(good, printed):
-    text = printed("mission", "show", str(good))
+    text = printed("mission", "show", good)
     assert "[adaptive]\n" in text
     assert "[thesis]   no effect except continue_every_s: the profile is adaptive" in text
 
@@ -208,7 +208,7 @@ def test_show_says_nothing_of_numbers_that_a_profile_from_a_package_may_use(here
     path = here / "mission.toml"
     assert main(["mission", "new", str(path)]) == DONE
     path.write_text(path.read_text().replace('profile = "adaptive"', 'profile = "eager:Eager"'))
-    assert "no effect" not in printed("mission", "show", str(path))
+    assert "no effect" not in printed("mission", "show", path)
 
 
 def test_show_without_a_file_is_the_built_in_mission(answered):
@@ -216,7 +216,7 @@ def test_show_without_a_file_is_the_built_in_mission(answered):
 
 
 def test_show_of_a_bad_file_is_one_message(bad, refused):
-    assert "2 mistakes" in refused("mission", "show", str(bad))
+    assert "2 mistakes" in refused("mission", "show", bad)
 
 
 def test_a_new_file_is_good_and_never_overwritten(tmp_path, capsys):
@@ -230,7 +230,7 @@ def test_a_new_file_is_good_and_never_overwritten(tmp_path, capsys):
 
 
 def test_a_new_file_that_cannot_be_written_is_one_sentence(tmp_path, refused):
-    assert "cannot be written" in refused("mission", "new", str(tmp_path / "nowhere" / "new.toml"))
+    assert "cannot be written" in refused("mission", "new", tmp_path / "nowhere" / "new.toml")
 
 
 def test_the_template_says_the_defaults(tmp_path):
@@ -263,12 +263,12 @@ def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, p
     path = tmp_path / "face.toml"
     text = '[mission]\ntargets = ["face"]\n[target.face]\ndetector = "haar"\n'
     path.write_text(text, encoding="utf-8")
-    said = " ".join(printed("mission", "check", str(path)).split())
+    said = " ".join(printed("mission", "check", path).split())
     assert "target.face: height_mm is missing, so 297 is assumed, that of an A4 sheet; 200 is usual for a face." in said
     path.write_text(text + 'cascade = "haarcascade_eye"\n', encoding="utf-8")
-    assert "so 297 is assumed, that of an A4 sheet. Measure" in " ".join(printed("mission", "check", str(path)).split())
+    assert "so 297 is assumed, that of an A4 sheet. Measure" in " ".join(printed("mission", "check", path).split())
     path.write_text(text + "height_mm = 200\n", encoding="utf-8")
-    assert "height_mm" not in printed("mission", "check", str(path))
+    assert "height_mm" not in printed("mission", "check", path)
 
 
 @pytest.mark.parametrize("written", ["cat", "cat.tml", "cats.toml"])

@@ -263,7 +263,7 @@ def test_the_files_are_called_like_the_picture_and_never_overwritten_unasked(ref
 
 
 def test_without_a_height_it_says_what_is_needed(refused):
-    error = refused("mission", "new", "--picture", str(_save("landscape.jpg")))
+    error = refused("mission", "new", "--picture", _save("landscape.jpg"))
     assert "--height-mm" in error
     assert "A4 landscape is 210" in error
 
@@ -374,7 +374,7 @@ def test_a_target_has_its_pictures_name_in_plain_letters(file, name):
 def test_a_picture_whose_name_no_toml_file_can_hold_is_refused(refused):
     path = Path("cat\udcff.png")
     path.write_bytes(cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes())
-    assert "Rename it" in refused("mission", "new", "--picture", str(path), "--height-mm", "200")
+    assert "Rename it" in refused("mission", "new", "--picture", path, "--height-mm", "200")
 
 
 def test_control_characters_in_a_pictures_name_are_escaped(capsys):

@@ -115,7 +115,7 @@ def test_a_full_disk_is_a_sentence(words, refused):
 
 def test_a_table_in_a_missing_folder_is_refused_before_the_brick_is_opened(refused, tmp_path):
     path = tmp_path / "nowhere" / "x.csv"
-    assert "nowhere" in refused("sensor", "watch", "4", "--csv", str(path), "--nxt", "tcp://127.0.0.1:1")
+    assert "nowhere" in refused("sensor", "watch", "4", "--csv", path, "--nxt", "tcp://127.0.0.1:1")
 
 
 @pytest.mark.parametrize("words", [["sensor", "watch", "4"], ["monitor"]])

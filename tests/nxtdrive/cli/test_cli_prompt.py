@@ -60,7 +60,7 @@ def test_a_closed_standard_input_cannot_be_asked(monkeypatch, refused, words):
 
 def test_a_line_that_is_not_in_utf_8_is_a_wrong_line(types, tmp_path, refused):
     types(b"\n\xff\n" + CTRL_D)
-    assert "is not a number" in refused("calibrate", "wheels", "--ruler", "--robot", str(tmp_path / "robot.toml"))
+    assert "is not a number" in refused("calibrate", "wheels", "--ruler", "--robot", tmp_path / "robot.toml")
 
 
 def test_a_file_on_standard_input_that_is_not_in_utf_8_holds_no_telegrams(tmp_path, monkeypatch, capsys):

@@ -32,16 +32,14 @@ def test_the_firmwares_are_those_of_the_simulated_brick():
 
 
 @pytest.mark.parametrize("firmware", ["1.29", "1.05"])
-def test_one_scenario_of_the_golden_recording(firmware, capsys):
-    assert check(str(GOLDEN), "--scenario", "program_lifecycle", "--firmware", firmware) == DONE
-    lines = capsys.readouterr().out.splitlines()
+def test_one_scenario_of_the_golden_recording(firmware, printed):
+    lines = printed("sim", "check", GOLDEN, "--scenario", "program_lifecycle", "--firmware", firmware).splitlines()
     assert lines[0].split() == ["program_lifecycle", "48/48", "same"]
     assert lines[-1] == f"firmware {firmware}: 1 of 1 scenarios and 48 of 48 steps are the same"
 
 
-def test_plain_exchanges_with_blank_lines_are_enough(recording, capsys):
-    assert check(recording(BATTERY, "", BATTERY, "   ")) == DONE
-    assert "talk" in capsys.readouterr().out
+def test_plain_exchanges_with_blank_lines_are_enough(recording, printed):
+    assert "talk" in printed("sim", "check", recording(BATTERY, "", BATTERY, "   "))
 
 
 def test_every_scenario_begins_at_power_on(recording):
@@ -118,10 +116,9 @@ def test_of_many_scenarios_only_those_that_differ_are_listed(recording, capsys):
     assert lines[1] == ""
 
 
-def test_scenarios_are_chosen_by_a_pattern(recording, capsys):
+def test_scenarios_are_chosen_by_a_pattern(recording, printed):
     path = recording(*map(battery, ("g_motor_00", "g_motor_01", "g_fs_00", "x[1]")))
-    assert check(path, "--scenario", "g_motor_*", "--scenario", "x[1]") == DONE
-    assert "3 of 3 scenarios" in capsys.readouterr().out
+    assert "3 of 3 scenarios" in printed("sim", "check", path, "--scenario", "g_motor_*", "--scenario", "x[1]")
 
 
 def test_causes_count_all_differences_of_all_scenarios_and_show_one(recording, capsys):
@@ -154,19 +151,17 @@ def test_an_exception_of_the_simulated_brick_is_a_difference_that_names_the_step
 VERSION = {"request": "0188", "reply": "0288007c010501"}
 
 
-def test_a_recording_says_which_firmware_it_was_made_with(recording, capsys):
+def test_a_recording_says_which_firmware_it_was_made_with(recording, capsys, printed):
     header = {"firmware": "1.05", "about": "my brick"}
-    assert check(recording(header, VERSION)) == DONE
-    assert "firmware 1.05: 1 of 1" in capsys.readouterr().out
+    assert "firmware 1.05: 1 of 1" in printed("sim", "check", recording(header, VERSION))
     assert check(recording({**VERSION, "firmware": "1.05", "scenario": "old"}, battery("new"))) == DONE
     assert "firmware 1.05, 1.29: 2 of 2" in capsys.readouterr().out
     assert check(recording(header, VERSION), "--firmware", "1.29") == NOT_ACHIEVED
 
 
-def test_a_firmware_that_is_not_simulated_is_refused_unless_another_one_is_named(recording, capsys):
+def test_a_firmware_that_is_not_simulated_is_refused_unless_another_one_is_named(recording, refused):
     path = recording({"firmware": "1.31"}, BATTERY)
-    assert check(path) == USAGE
-    told = capsys.readouterr().err
+    told = refused("sim", "check", path)
     assert "'1.31'" in told
     assert f"--firmware {' or '.join(FIRMWARES)}" in told
     assert check(path, "--firmware", "1.29") == DONE
@@ -190,14 +185,12 @@ def test_a_firmware_that_is_not_simulated_is_refused_unless_another_one_is_named
         ({"firmware": 1.29}, BATTERY),
     ],
 )
-def test_a_file_that_is_not_a_recording_is_refused(lines, recording, capsys):
-    assert check(recording(*lines)) == USAGE
-    assert "talk.jsonl" in capsys.readouterr().err
+def test_a_file_that_is_not_a_recording_is_refused(lines, recording, refused):
+    assert "talk.jsonl" in refused("sim", "check", recording(*lines))
 
 
-def test_a_file_that_is_not_there_and_a_scenario_that_is_not_there(tmp_path, recording, capsys):
+def test_a_file_that_is_not_there_and_a_scenario_that_is_not_there(tmp_path, recording, refused):
     assert check(str(tmp_path / "none.jsonl")) == USAGE
-    assert check(recording(BATTERY), "--scenario", "other") == USAGE
-    assert "'other'" in capsys.readouterr().err
+    assert "'other'" in refused("sim", "check", recording(BATTERY), "--scenario", "other")
     (tmp_path / "bytes").write_bytes(b"\xff\xfe")
     assert check(str(tmp_path / "bytes")) == USAGE

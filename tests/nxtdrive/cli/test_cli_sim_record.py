@@ -91,10 +91,9 @@ def test_a_recording_that_is_traced_says_over_what_it_was(script):
     assert steps()[0]["about"] == "a brick over sim"
 
 
-def test_the_bench_has_no_link_to_trace(script, capsys):
+def test_the_bench_has_no_link_to_trace(script, refused):
     """With one, another brick would be recorded: that in the room of ``sim://``, which a check does not repeat."""
-    assert record(script("GetBatteryLevel\n"), "--trace", "talk.nxttrace") == USAGE
-    assert "--trace" in capsys.readouterr().err
+    assert "--trace" in refused("sim", "record", script("GetBatteryLevel\n"), "--trace", "talk.nxttrace")
     assert not Path("questions.jsonl").exists()
 
 
@@ -118,10 +117,9 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("line", "reason"), REFUSED)
-def test_what_changes_the_brick_is_refused_unless_it_is_allowed(line, reason, script, capsys):
+def test_what_changes_the_brick_is_refused_unless_it_is_allowed(line, reason, script, refused):
     path = script(f"GetBatteryLevel\n{line}\n")
-    assert record(path) == USAGE
-    said = capsys.readouterr().err
+    said = refused("sim", "record", path)
     assert "line 2" in said
     assert reason in said
     assert "--allow-writes" in said
@@ -150,19 +148,17 @@ def test_every_command_that_writes_or_erases_counts():
         ('GetBatteryLevel "\n', "line 1"),
     ],
 )
-def test_a_script_with_a_mistake_is_refused_before_the_brick_is_opened(text, reason, script, capsys):
-    assert record(script(text), "--nxt", "tcp://127.0.0.1:1") == USAGE
-    assert reason in capsys.readouterr().err
+def test_a_script_with_a_mistake_is_refused_before_the_brick_is_opened(text, reason, script, refused):
+    assert reason in refused("sim", "record", script(text), "--nxt", "tcp://127.0.0.1:1")
 
 
-def test_places_that_cannot_be_written_are_refused_before_the_brick_is_opened(script, capsys, tmp_path):
+def test_places_that_cannot_be_written_are_refused_before_the_brick_is_opened(script, refused, tmp_path):
     path = script("GetBatteryLevel\n")
     (tmp_path / "link.jsonl").symlink_to(path)
     (tmp_path / "folder").mkdir()
     same = tmp_path / "folder" / ".." / "questions.txt"
     for out in (tmp_path, tmp_path / "nowhere" / "x.jsonl", path, tmp_path / "link.jsonl", same):
-        assert record(path, "--out", str(out), "--nxt", "tcp://127.0.0.1:1") == USAGE
-        assert "cannot be written" in capsys.readouterr().err
+        assert "cannot be written" in refused("sim", "record", path, "--out", out, "--nxt", "tcp://127.0.0.1:1")
     assert Path(path).read_text() == "GetBatteryLevel\n"
     assert record(path, "--nxt", "sim://?firmware=9.9") == USAGE
     assert not list(tmp_path.glob("questions.jsonl"))

@@ -34,7 +34,7 @@ def test_mistakes_are_reported(arguments, says, refused):
 def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, refused):
     file = tmp_path / "classroom.toml"
     file.write_text('[[robot]]\nname = "Ada"\nnxt = "usv://"\n[[robot]]\nname = ""\ncolor = 3\n', encoding="utf-8")
-    error = refused("web", "--port", "0", "--classroom", str(file))
+    error = refused("web", "--port", "0", "--classroom", file)
     assert "3 mistakes" in error
     for part in ("robot[0].nxt", "robot[1].name", "robot[1].color"):
         assert part in error
@@ -49,7 +49,7 @@ def test_a_mission_is_no_classroom(tmp_path, capsys):
 
 def test_the_robot_file_of_the_folder_is_used(tmp_path, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
-    said = refused("web", "--port", "0", "--folder", str(tmp_path))
+    said = refused("web", "--port", "0", "--folder", tmp_path)
     assert "robot.radius_mm" in said
     assert "NXT_ROBOT" not in said
 
@@ -59,7 +59,7 @@ def test_the_robot_file_of_the_environment_comes_before_that_of_the_folder(tmp_p
     named = tmp_path / "named.toml"
     named.write_text("[robot]\naxle_track_mm = 1\n", encoding="utf-8")
     monkeypatch.setenv("NXT_ROBOT", str(named))
-    said = refused("web", "--port", "0", "--folder", str(tmp_path))
+    said = refused("web", "--port", "0", "--folder", tmp_path)
     assert "robot.axle_track_mm" in said
     assert "radius_mm" not in said
 
@@ -68,7 +68,7 @@ def test_a_missions_folder_is_that_of_its_file(tmp_path, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     mission = tmp_path / "m1.toml"
     mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = 7\n', encoding="utf-8")
-    assert "robot.radius_mm" in refused("web", "--port", "0", "--mission", str(mission))
+    assert "robot.radius_mm" in refused("web", "--port", "0", "--mission", mission)
 
 
 def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):

@@ -88,7 +88,7 @@ def test_no_text_is_a_formula_to_a_spreadsheet():
 
 def test_one_row_is_called_one_row(tmp_path, printed):
     (tmp_path / "journal.jsonl").write_text(f"{RECORDS[0].to_json()}\n", encoding="utf-8")
-    assert re.search(r"journal\.csv: 0\.[1-9] kB, 1 row\n$", printed("export", str(tmp_path), "--csv"))
+    assert re.search(r"journal\.csv: 0\.[1-9] kB, 1 row\n$", printed("export", tmp_path, "--csv"))
 
 
 @pytest.mark.slow
@@ -123,5 +123,5 @@ def test_an_export_never_replaces_what_makes_the_run(tmp_path, refused, option, 
     for file in ("journal.jsonl", "mission.json"):
         (tmp_path / file).write_text("".join(f"{record.to_json()}\n" for record in RECORDS), encoding="utf-8")
     before = (tmp_path / name).read_bytes()
-    assert "the command reads it" in refused("export", str(tmp_path), option, str(tmp_path / name))
+    assert "the command reads it" in refused("export", tmp_path, option, tmp_path / name)
     assert (tmp_path / name).read_bytes() == before

@@ -24,6 +24,7 @@ from nxtdrive.recording.map.map_drawing import draw_map, map_page
 from nxtdrive.recording.map.scene import gather
 from nxtdrive.recording.map.style import PATHS
 from nxtdrive.recording.progress_lines import ProgressLines
+from tests.small_mission import with_table
 
 SIGHTING = {"bearing_deg": 90.0, "distance_mm": 1000.0, "confidence": 1.0, "box": [0, 0, 10, 10]}
 START = Record(
@@ -151,8 +152,7 @@ def test_a_sonar_that_does_not_answer_shows_no_free_floor():
     assert len(footprint) < len(heard), "only where the robot stood"
     assert max(x_mm for x_mm, _ in footprint) < 200.0
     assert gather([START, mute, answers, look]).cells(-math.inf, -0.1) == heard
-    mission = read_mission_file(None)
-    mission = mission.model_copy(update={"robot": mission.robot.model_copy(update={"ultrasonic": 0})})
+    mission = with_table(read_mission_file(None), "robot", ultrasonic=0)
     assert gather([START, look], mission).cells(-math.inf, -0.1) == footprint
 
 

@@ -175,11 +175,11 @@ def test_a_picture_that_is_gone_is_left_out(run, tmp_path):
 
 def test_without_the_package_a_sentence_says_how_to_install_it(run, tmp_path, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "mcap", None)
-    assert "[mcap]" in refused("export", str(run), "--mcap", str(tmp_path / "run.mcap"))
+    assert "[mcap]" in refused("export", run, "--mcap", tmp_path / "run.mcap")
 
 
 def test_a_file_that_cannot_be_written_is_a_sentence_and_leaves_nothing(run, tmp_path, refused):
-    assert "cannot be written" in refused("export", str(run), "--mcap", str(tmp_path / "gone" / "run.mcap"))
+    assert "cannot be written" in refused("export", run, "--mcap", tmp_path / "gone" / "run.mcap")
     (tmp_path / "folder").mkdir()
     assert main(["export", str(run), "--mcap", str(tmp_path / "folder")]) == USAGE
     assert not list(tmp_path.glob(".draft-*"))

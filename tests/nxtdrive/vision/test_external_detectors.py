@@ -80,7 +80,7 @@ def test_an_installed_detector_is_used_as_the_others_are(installed, printed):
     assert main(["mission", "check", mission]) == DONE
     assert "least_brightness" in printed("mission", "show", mission)
     words = ["--mission", mission, "--target", "lamp", "--out", str(installed / "out.png")]
-    assert "lamp at +" in printed("detect", "try", str(installed / "frame.png"), *words)
+    assert "lamp at +" in printed("detect", "try", installed / "frame.png", *words)
 
 
 @pytest.mark.slow
@@ -90,7 +90,7 @@ def test_a_mission_with_an_installed_detector_succeeds_in_its_room(installed):
 
 
 def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path, refused):
-    said = refused("mission", "check", str(_mission(tmp_path, 'detector = "lamp"\n')))
+    said = refused("mission", "check", _mission(tmp_path, 'detector = "lamp"\n'))
     assert "there is no detector 'lamp'; use one of picture, haar, marker, qr, color, onnx" in said
     assert "or install its package (docs/detectors.md)" in said
 
@@ -134,7 +134,7 @@ def test_a_built_in_detector_keeps_its_name(installed):
     ],
 )
 def test_a_mistake_is_a_sentence(installed, refused, keys, text):
-    assert text in refused("mission", "check", str(_mission(installed, keys)))
+    assert text in refused("mission", "check", _mission(installed, keys))
 
 
 def test_a_signal_that_comes_in_its_code_is_not_its_mistake(installed):

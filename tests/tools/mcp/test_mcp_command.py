@@ -131,7 +131,7 @@ def test_a_brick_that_is_not_there_is_reported(refused, tmp_path):
 
 def test_the_robot_file_of_the_folder_is_used(tmp_path, refused):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
-    assert "robot.radius_mm" in refused("mcp", "--folder", str(tmp_path))
+    assert "robot.radius_mm" in refused("mcp", "--folder", tmp_path)
 
 
 def test_a_folder_that_cannot_keep_runs_is_reported(refused):

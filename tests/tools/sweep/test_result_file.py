@@ -74,7 +74,7 @@ def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, refused, te
     path.write_text(json.dumps(LINE) + "\n" + text + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"not the file of a sweep \(line 2"):
         read_results(path)
-    assert "line 2" in refused(*RESUME, str(path))
+    assert "line 2" in refused(*RESUME, path)
 
 
 def test_good_lines_are_written_as_they_were_read(tmp_path):
@@ -88,7 +88,7 @@ def test_good_lines_are_written_as_they_were_read(tmp_path):
 def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, refused, lines, foreign):
     path = tmp_path / "notes.txt"
     path.write_text(lines + foreign, encoding="utf-8")
-    assert "not the file of a sweep" in refused(*RESUME, str(path))
+    assert "not the file of a sweep" in refused(*RESUME, path)
     assert path.read_text(encoding="utf-8") == lines + foreign
 
 
@@ -125,7 +125,7 @@ def test_two_sweeps_do_not_write_one_file_at_once(tmp_path, refused):
     path = tmp_path / "r.jsonl"
     with ResultFile(path) as first:
         first.append(json.dumps(LINE))
-        assert "another program is writing" in refused("sweep", "--classes", "open", "--out", str(path), "--resume")
+        assert "another program is writing" in refused("sweep", "--classes", "open", "--out", path, "--resume")
     assert read_results(path) == [RESULT]
     with ResultFile(path) as second:
         second.append(json.dumps(LINE))

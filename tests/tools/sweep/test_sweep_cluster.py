@@ -198,7 +198,7 @@ def test_workers_with_another_version_are_named(dask, tmp_path, refused):
     dask.add_workers(1, PYTHONPATH=_older(tmp_path))
     dask.add_workers(1, PYTHONPATH=str(another.parent))
     dask.wait_for(3)
-    said = refused("sweep", "--out", str(tmp_path / "x"), "--dask", dask.address)
+    said = refused("sweep", "--out", tmp_path / "x", "--dask", dask.address)
     assert "not every worker has the nxtdrive of this computer" in said
     assert "has 0.0.9" in said
     assert "has none of this kind (ModuleNotFoundError" in said

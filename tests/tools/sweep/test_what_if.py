@@ -104,7 +104,7 @@ def test_missions_that_a_file_has_are_not_repeated(tmp_path, answered):
     out.write_text("".join(json.dumps({"run": name, **ASKED, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
     asked_for = ["open:100", "open:100:adaptive", "open:0100", "flat:7:adaptive"]
-    result = answered("what-if", *asked_for, "--out", str(out), *WHAT_IF)
+    result = answered("what-if", *asked_for, "--out", out, *WHAT_IF)
     assert ([run["run"] for run in result["runs"]], result["regret_s"]) == (names, [4.0, 4.0, 4.0])
     assert out.read_bytes() == before
 
@@ -121,7 +121,7 @@ def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path,
     ]
     out.write_text("".join(json.dumps(line) + "\n" for line in lines))
     for _ in range(2):
-        assert "the mission had no decision" in printed("what-if", name, "--out", str(out), *WHAT_IF)
+        assert "the mission had no decision" in printed("what-if", name, "--out", out, *WHAT_IF)
         *before, added = map(json.loads, out.read_text().splitlines())
         assert before == lines
         assert added == {"run": name, **ASKED, "redraw_unseen": False, "decisions": []}
@@ -205,12 +205,12 @@ def test_a_line_that_was_cut_short_is_written_again(tmp_path):
 def test_a_file_of_something_else_is_refused(tmp_path, text, refused):
     out = tmp_path / "other.jsonl"
     out.write_text(text)
-    assert "is not from nxtdrive what-if" in refused("what-if", "open:100", "--out", str(out), "--workers", "1")
+    assert "is not from nxtdrive what-if" in refused("what-if", "open:100", "--out", out, "--workers", "1")
     assert out.read_text() == text
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_mission_runs(tmp_path, refused):
-    said = refused("what-if", "open:100", "--out", str(tmp_path / "none" / "regret.jsonl"), "--workers", "1")
+    said = refused("what-if", "open:100", "--out", tmp_path / "none" / "regret.jsonl", "--workers", "1")
     assert "cannot be written" in said
     assert "repeating the mission" not in said
 
@@ -326,12 +326,12 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
     where = ("--nxt", "sim://figure7?seed=3", "--camera", "geometric")
     folder = _recorded_run(tmp_path, "rilakkuma", 'time_limit_s = 20\nprofile = "thesis"', *where)
     capsys.readouterr()
-    (result,) = answered("what-if", str(folder), "--decision", "1", *WHAT_IF)["runs"]
+    (result,) = answered("what-if", folder, "--decision", "1", *WHAT_IF)["runs"]
     told = result["decisions"]
     assert told == json.loads((folder / "what-if.json").read_text())["decisions"]
     assert [(each["decision"], each["futures"], len(each["candidates"])) for each in told] == [(1, 2, 3)]
     assert [each["chosen"] for each in told[0]["candidates"]] == [True, False, False]
-    assert "regret" in printed("explain-run", str(folder))
+    assert "regret" in printed("explain-run", folder)
     journal = folder / "journal.jsonl"
     journal.write_text(journal.read_text().replace('"choice": "', '"choice": "un', 1))
     assert main(["what-if", str(folder), "--workers", "1"]) != 0
@@ -414,7 +414,7 @@ def test_the_room_of_a_run_that_was_made_in_another_folder_is_missed(tmp_path, r
     summary = {"nxt": "sim://cellar.toml?seed=1", "camera": "sim"}
     for name, content in (("journal.jsonl", start), ("mission.json", mission), ("summary.json", summary)):
         (tmp_path / name).write_text(json.dumps(content) + "\n", encoding="utf-8")
-    assert "in the folder in which the run was made" in refused("what-if", str(tmp_path))
+    assert "in the folder in which the run was made" in refused("what-if", tmp_path)
 
 
 @pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])

@@ -11,7 +11,6 @@ import pytest
 
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
-from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import Spotter
@@ -184,13 +183,12 @@ def test_a_detector_that_breaks_while_it_drives_stops_the_robot(room):
     assert brick.request(GetOutputState(OutputPort.B)).power == 0
 
 
-def test_a_mission_brings_its_own_room(tmp_path, monkeypatch, capsys):
+def test_a_mission_brings_its_own_room(tmp_path, monkeypatch, refused):
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         monkeypatch.setattr(stream, "isatty", lambda: True, raising=False)
     (tmp_path / "small.toml").write_text(MISSION, encoding="utf-8")
     (tmp_path / "small-world.toml").write_text("[flor]\n", encoding="utf-8")  # so that it ends when it opens that
-    assert main(["teleop", "--no-gamepad", "--mission", str(tmp_path / "small.toml")]) == USAGE
-    assert "small-world.toml has 3 mistakes" in capsys.readouterr().err
+    assert "small-world.toml has 3 mistakes" in refused("teleop", "--no-gamepad", "--mission", tmp_path / "small.toml")
 
 
 def test_without_a_terminal_it_says_so(refused):

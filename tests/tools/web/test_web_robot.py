@@ -27,6 +27,7 @@ from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.vision.camera import Frame
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
+from tests.small_mission import with_table
 from tests.tools.web.pages import ToldHub, hub_setting, robot_of
 
 LIMIT_S = 30.0
@@ -127,7 +128,7 @@ def test_a_task_that_begins_with_the_robot_sends_no_state_without_its_values(tmp
 @pytest.mark.slow
 def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
     built_in = read_mission_file(None)
-    built = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"sonar_forward_mm": 160.0})})
+    built = with_table(built_in, "robot", sonar_forward_mm=160.0)
     places: queue.SimpleQueue[float] = queue.SimpleQueue()
     hub = ToldHub(lambda kind, values: places.put(values["sonar_forward_mm"]) if kind == "robot" else None)
     robot = robot_of(tmp_path, hub, camera=GEOMETRIC, mission=built)
@@ -141,8 +142,7 @@ def test_clients_are_told_where_the_sonar_of_the_robot_that_drives_is(tmp_path):
 
 
 def test_clients_are_told_which_sensors_the_robot_does_not_have(tmp_path):
-    built_in = read_mission_file(None)
-    mission = built_in.model_copy(update={"robot": built_in.robot.model_copy(update={"touch": 0})})
+    mission = with_table(read_mission_file(None), "robot", touch=0)
     driving = threading.Event()
     robot = robot_of(tmp_path, hub_setting(driving, "state", doing="driving"), mission=mission)
     hold_stick(robot, 1.0, 0.0)

@@ -22,6 +22,7 @@ from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.mission_run import ShownMission, doing
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
+from tests.small_mission import with_table
 from tests.tools.web.pages import client_of, next_message, refusal, server_of, told
 
 REALTIME = "sim://open?pace=realtime"
@@ -131,8 +132,7 @@ def test_the_mistakes_of_a_mission_are_reported(tmp_path):
 def test_a_sensor_that_does_not_answer_is_named_and_tried_again(tmp_path):
     server = server_of(tmp_path, REALTIME)
     built = read_mission_file(None)
-    wrong = built.model_copy(update={"robot": built.robot.model_copy(update={"ultrasonic": 3})})  # it is on 4
-    server.robot.rebuild(wrong)
+    server.robot.rebuild(with_table(built, "robot", ultrasonic=3))  # it is on 4
     with closing(server.robot):
         server.robot.open()
         with client_of(server).websocket_connect("/ws") as page:
