@@ -9,7 +9,9 @@ import gc
 import json
 import os
 import signal
-from collections.abc import Callable, Generator, Iterable
+import subprocess
+import sys
+from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,6 +126,23 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
         return said
 
     return run
+
+
+@pytest.fixture
+def started(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts ``nxtdrive`` in a process of its own, in the test's folder; none outlives the test."""
+    processes: list[subprocess.Popen[str]] = []
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+
+    def start(*words: object) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "nxtdrive", *map(str, words)]
+        processes.append(subprocess.Popen(command, cwd=tmp_path, text=True, encoding="utf-8", **pipes))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
 
 
 @pytest.fixture

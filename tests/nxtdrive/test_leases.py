@@ -199,20 +199,11 @@ with open_brick(sys.argv[1], timeout_s=5) as brick:
 
 
 @pytest.fixture
-def served(tmp_path):
+def served(started, tmp_path):
     """The address of a simulated brick in a process of its own, in real time."""
-    words = ["sim", "serve", "--pty", str(tmp_path / "nxt"), "--world", "open", "--json"]
-    server = subprocess.Popen(
-        [sys.executable, "-m", "nxtdrive", *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    server = started("sim", "serve", "--pty", tmp_path / "nxt", "--world", "open", "--json")
     assert json.loads(server.stdout.readline())["event"] == "serving"
-    yield f"serial://{tmp_path / 'nxt'}"
-    server.terminate()
-    server.communicate(timeout=30)
+    return f"serial://{tmp_path / 'nxt'}"
 
 
 def die_driving(address, motion, number):

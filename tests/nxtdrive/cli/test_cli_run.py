@@ -6,7 +6,6 @@ import json
 import os
 import pty
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -193,21 +192,12 @@ def test_a_brick_that_says_nothing_is_reported_after_two_seconds(capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
-    process = subprocess.Popen(
-        [sys.executable, "-m", "nxtdrive", "run", "--nxt", "sim://?pace=realtime"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stdout.readline() == "connecting to sim://?pace=realtime\n"
-        assert process.stdout.readline() == "    0.0 s  searching for lena\n"
-        process.send_signal(number)
-        _, errors = process.communicate(timeout=60)
-    finally:
-        process.kill()
+def test_ctrl_c_leaves_a_complete_folder(started, tmp_path, number):
+    process = started("run", "--nxt", "sim://?pace=realtime")
+    assert process.stdout.readline() == "connecting to sim://?pace=realtime\n"
+    assert process.stdout.readline() == "    0.0 s  searching for lena\n"
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
     assert process.returncode == 1
     assert "Traceback" not in errors
     folder = next((tmp_path / "runs").iterdir())
@@ -218,17 +208,13 @@ def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(tmp_path, small):
-    command = [sys.executable, "-m", "nxtdrive", "run", small, "--nxt", "sim://open", "--camera", "geometric"]
-    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        while not list(tmp_path.glob("runs/*/.draft-*.mkv")):
-            assert process.poll() is None
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        said, errors = process.communicate(timeout=60)
-    finally:
-        process.kill()
+def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(started, tmp_path, small):
+    process = started("run", small, "--nxt", "sim://open", "--camera", "geometric")
+    while not list(tmp_path.glob("runs/*/.draft-*.mkv")):
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    said, errors = process.communicate(timeout=60)
     assert process.returncode == 0, "the mission was achieved"
     assert "achieved after" in said
     (folder,) = (tmp_path / "runs").iterdir()

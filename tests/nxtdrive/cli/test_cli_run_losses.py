@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -26,25 +25,6 @@ detector = "picture"
 pictures = ["lena.png"]
 """
 FOREVER_MS = 10**9
-Start = Callable[..., subprocess.Popen[str]]
-
-
-@pytest.fixture
-def start(tmp_path) -> Iterator[Start]:
-    """Starts ``nxtdrive`` in a process of its own; none outlives the test."""
-    started = []
-
-    def begin(*words: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "nxtdrive", *words]
-        started.append(
-            subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        )
-        return started[-1]
-
-    yield begin
-    for process in started:
-        process.kill()
-        process.communicate()
 
 
 def _mission(folder: Path, reconnect_timeout_s: float) -> str:
@@ -67,16 +47,16 @@ def _until(process: subprocess.Popen[str], **values: object) -> dict:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
-def test_a_brick_that_is_back_continues_with_the_mission(start, tmp_path):
+def test_a_brick_that_is_back_continues_with_the_mission(started, tmp_path):
     serve = ("sim", "serve", "--world", "open", "--json", "--size", "160x120", "--pty")
-    camera = _serving(start(*serve, str(tmp_path / "other")))["camera"]
-    brick = start(*serve, str(tmp_path / "nxt"))
+    camera = _serving(started(*serve, tmp_path / "other"))["camera"]
+    brick = started(*serve, tmp_path / "nxt")
     address = _serving(brick)["nxt"]
-    run = start("run", _mission(tmp_path, 60), "--nxt", address, "--camera", camera, "--no-video", "--json")
+    run = started("run", _mission(tmp_path, 60), "--nxt", address, "--camera", camera, "--no-video", "--json")
     before = _until(run, kind="transition", to="search")
     brick.terminate()
     _until(run, kind="transition", to="suspended")
-    _serving(start(*serve, str(tmp_path / "nxt")))
+    _serving(started(*serve, tmp_path / "nxt"))
     back = _until(run, kind="transition", event="link_back")
     resumed = _until(run, kind="transition", event="resume")
     assert before["t"] < back["t"] <= resumed["t"]

@@ -7,8 +7,6 @@ import os
 import re
 import signal
 import socket
-import subprocess
-import sys
 
 import pytest
 
@@ -17,25 +15,15 @@ from nxtdrive.host.listening import listen
 
 
 @pytest.fixture
-def server():
+def server(started):
     """Starts servers in processes of their own; gives the process and its address."""
-    processes = []
 
     def start(*arguments):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", *arguments],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        processes.append(process)
+        process = started("serve", "--port", "0", *arguments)
         host, port = re.fullmatch(r"serving (.+):(\d+)\n", process.stdout.readline()).groups()
         return process, (host, int(port))
 
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate()
+    return start
 
 
 def _ask(client, replies, line):
@@ -99,15 +87,14 @@ def test_listening_on_all_interfaces_prints_a_warning(server):
 
 
 @pytest.mark.slow
-def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg():
+def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg(started):
     with socket.create_server(("127.0.0.1", 0)) as closed:
         url = f"http://127.0.0.1:{closed.getsockname()[1]}/camera.mjpg"
-    command = [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", "--nxt", "sim://open", "--camera", url]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"nxtdrive: the stream {url} gives no frames.")
-    assert done.stderr.count("\n") == 1
-    assert done.stdout == ""
+    ended = started("serve", "--port", "0", "--nxt", "sim://open", "--camera", url)
+    said, errors = ended.communicate(timeout=60)
+    assert (ended.returncode, said) == (2, "")
+    assert errors.startswith(f"nxtdrive: the stream {url} gives no frames.")
+    assert errors.count("\n") == 1
 
 
 def test_it_listens_on_an_address_of_ipv6():

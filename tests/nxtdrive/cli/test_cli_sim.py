@@ -5,8 +5,6 @@ import json
 import os
 import signal
 import socket
-import subprocess
-import sys
 
 import cv2
 import pytest
@@ -21,20 +19,9 @@ GET_BATTERY = bytes.fromhex("00 0b")
 
 
 @pytest.fixture
-def server(tmp_path):
-    command = [sys.executable, "-m", "nxtdrive", "sim", "serve"]
-    doors = ["--pty", str(tmp_path / "nxt"), "--tcp", "0", "--nxt-server", "0"]
-    started = subprocess.Popen(
-        [*command, *doors, "--world", "open", "--json", "--seed", "3", "--size", "160x120"],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    yield started
-    if started.poll() is None:
-        started.kill()
-    started.communicate(timeout=30)
+def server(started, tmp_path):
+    doors = ("--pty", tmp_path / "nxt", "--tcp", "0", "--nxt-server", "0")
+    return started("sim", "serve", *doors, "--world", "open", "--json", "--seed", "3", "--size", "160x120")
 
 
 def _serving(server):
@@ -82,36 +69,16 @@ def test_brick_and_camera_are_there_and_both_are_named_in_the_command(server, tm
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_firmware_may_be_chosen():
-    command = [sys.executable, "-m", "nxtdrive", "sim", "serve", "--tcp", "0", "--json", "--firmware", "1.32"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            with open_brick(_serving(served)["nxt"]) as brick:
-                assert brick.info().firmware == "1.32"
-        finally:
-            served.terminate()
+def test_the_firmware_may_be_chosen(started):
+    server = started("sim", "serve", "--tcp", "0", "--json", "--firmware", "1.32")
+    with open_brick(_serving(server)["nxt"]) as brick:
+        assert brick.info().firmware == "1.32"
 
 
 @pytest.mark.slow
-def test_a_webcam_that_is_to_be_attached_is_named(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "nxtdrive",
-        "sim",
-        "serve",
-        "--usbip",
-        "0",
-        "--uvc",
-        "0",
-        "--world",
-        "open",
-    ]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as served:
-        try:
-            lines = [served.stdout.readline() for _ in range(12)]
-        finally:
-            served.terminate()
+def test_a_webcam_that_is_to_be_attached_is_named(started):
+    server = started("sim", "serve", "--usbip", "0", "--uvc", "0", "--world", "open")
+    lines = [server.stdout.readline() for _ in range(12)]
     text = "".join(lines)
     brick, *cameras = (line.split()[1] for line in lines[:3])
     assert brick.startswith("usbip://127.0.0.1:")
@@ -190,7 +157,7 @@ def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
     ],
 )
 def test_what_cannot_be_served_gives_one_sentence(words, hint, tmp_path, refused):
-    assert hint in refused("sim", "serve", "--pty", str(tmp_path / "nxt"), *words)
+    assert hint in refused("sim", "serve", "--pty", tmp_path / "nxt", *words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -205,12 +172,11 @@ def test_without_a_door_there_is_nothing_to_serve(refused):
 
 
 @pytest.mark.slow
-def test_doors_to_the_network_are_warned_of():
-    command = [sys.executable, "-m", "nxtdrive", "sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
-        _serving(server)
-        server.terminate()
-        assert "anyone" in server.communicate(timeout=30)[1]
+def test_doors_to_the_network_are_warned_of(started):
+    server = started("sim", "serve", "--tcp", "0", "--host", "0.0.0.0", "--json")
+    _serving(server)
+    server.terminate()
+    assert "anyone" in server.communicate(timeout=30)[1]
 
 
 @pytest.mark.parametrize("door", ["--tcp", "--nxt-server", "--usbip", "--uvc", "--camera-port"])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 
 import pytest
 from starlette.testclient import TestClient
@@ -147,15 +145,13 @@ def test_without_lan_there_is_no_pin_and_only_loopback(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lan", [False, True])
-def test_the_command_prints_where_the_page_is(tmp_path, lan):
-    command = [sys.executable, "-m", "nxtdrive", "web", "--port", "0", *["--lan"] * lan]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, encoding="utf-8") as server:
-        assert server.stdout is not None
-        lines = [server.stdout.readline()]
-        while lan and lines[-1] and not lines[-1].startswith("PIN"):
-            lines.append(server.stdout.readline())
-        server.terminate()
-        assert server.stdout.read() == "ended; motors off\n"
+def test_the_command_prints_where_the_page_is(started, lan):
+    server = started("web", "--port", "0", *["--lan"] * lan)
+    lines = [server.stdout.readline()]
+    while lan and lines[-1] and not lines[-1].startswith("PIN"):
+        lines.append(server.stdout.readline())
+    server.terminate()
+    assert server.stdout.read() == "ended; motors off\n"
     host = re.findall(r"http://(\S+):\d+/", lines[0])[0]
     assert lan or host == "127.0.0.1"
     if lan:

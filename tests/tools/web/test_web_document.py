@@ -36,21 +36,14 @@ def test_the_example_is_the_documents():
 
 
 @pytest.mark.slow
-def test_the_example_drives_the_robot(tmp_path):
-    server = subprocess.Popen(
-        [sys.executable, "-m", "nxtdrive", "web", "--port", "0"], cwd=tmp_path, stdout=subprocess.PIPE, text=True
-    )
-    try:
-        assert server.stdout is not None
-        (port,) = re.findall(r":(\d+)/", server.stdout.readline())
-        text = (ROOT / "examples" / "web-client" / "drive.py").read_text(encoding="utf-8").replace("7080", port)
-        began = time.monotonic()
-        done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60, check=True)
-        assert done.stdout == "I am page 1\n"
-        assert time.monotonic() - began >= 2.0
-        server.terminate()
-        assert server.communicate(timeout=60)[0] == "ended; motors off\n"
-        assert server.returncode == 0
-    finally:
-        server.kill()
-        server.communicate()
+def test_the_example_drives_the_robot(started):
+    server = started("web", "--port", "0")
+    (port,) = re.findall(r":(\d+)/", server.stdout.readline())
+    text = (ROOT / "examples" / "web-client" / "drive.py").read_text(encoding="utf-8").replace("7080", port)
+    began = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "I am page 1\n"
+    assert time.monotonic() - began >= 2.0
+    server.terminate()
+    assert server.communicate(timeout=60)[0] == "ended; motors off\n"
+    assert server.returncode == 0

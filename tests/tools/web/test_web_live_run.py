@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -21,23 +20,16 @@ Start = Callable[..., tuple[subprocess.Popen[str], str]]
 
 
 @pytest.fixture(name="start")
-def _start(tmp_path) -> Iterator[Start]:
+def _start(started, tmp_path) -> Start:
     """Starts a run with a page; gives the process and the WebSocket's address."""
-    started = []
     (tmp_path / "small.toml").write_text(MISSION, encoding="utf-8")
 
     def begin(*words: str) -> tuple[subprocess.Popen[str], str]:
-        command = [sys.executable, "-m", "nxtdrive", "run", *words, "--web", "--port", "0", "--no-video"]
-        process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-        started.append(process)
-        assert process.stdout is not None
+        process = started("run", *words, "--web", "--port", "0", "--no-video")
         said = next(line for line in process.stdout if "watch the run" in line)
         return process, re.findall(r"http(://\S+)", said)[0]
 
-    yield begin
-    for process in started:
-        process.kill()
-        process.communicate()
+    return begin
 
 
 def _watch(address: str) -> ClientConnection:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 
 import pytest
@@ -26,11 +24,9 @@ pytestmark = [
 
 
 @pytest.fixture
-def url(tmp_path) -> Iterator[str]:
+def url(started) -> Iterator[str]:
     """The page of a classroom that runs."""
-    command = [sys.executable, "-m", "nxtdrive", "web", "--classroom", str(ROBOTS), "--port", "0"]
-    server = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-    assert server.stdout is not None
+    server = started("web", "--classroom", ROBOTS, "--port", "0")
     yield re.findall(r"http\S+", server.stdout.readline())[0]
     server.terminate()
     assert server.communicate(timeout=60)[0] == "ended; motors off\n"
