@@ -28,7 +28,7 @@ os.environ.setdefault(BLAS_THREADS, "1")
 # with two of OpenCV's threads a calibration takes a fifth more processor time and no less wall time
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
-# what a shell exports for the developer's own robot, which tests would drive, and for the terminal, which output follows
+# what a shell exports for the developer's own robot, which tests would drive, and for the terminal's width and colours
 for _variable in ("NXT", "NXT_ROBOT", "COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR"):
     os.environ.pop(_variable, None)
 

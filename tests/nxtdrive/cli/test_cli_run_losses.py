@@ -74,7 +74,7 @@ def test_a_brick_that_stays_away_ends_the_mission_with_its_own_exit_code(tmp_pat
         assert main(["run", *arguments]) == LINK_LOST
     printed = capsys.readouterr()
     assert "link lost after" in printed.out
-    assert "unplugged" in printed.err
+    assert "the link is lost" in printed.err
     (folder,) = (tmp_path / "runs").iterdir()
     records = [json.loads(line) for line in (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()]
     (suspended,) = [record["t"] for record in records if record.get("to") == "suspended"]
