@@ -43,7 +43,8 @@ def handling(
         yield
     finally:
         for number, previous in before.items():
-            if signal.getsignal(number) is handler:  # else the program has replaced it in the meantime
+            # else the program has replaced it in the meantime; or Python reclaims a dropped generator in another thread
+            if signal.getsignal(number) is handler and threading.current_thread() is threading.main_thread():
                 signal.signal(number, previous)
 
 

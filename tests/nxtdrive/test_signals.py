@@ -6,12 +6,13 @@ import importlib
 import signal
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pymunk
 import pytest
 
 from nxtdrive.cli.main import SIGNALLED, main
-from nxtdrive.signals import SignalInterrupt, held, signals_as_interrupt
+from nxtdrive.signals import SignalInterrupt, handling, held, signals_as_interrupt
 
 NUMBERS = pytest.mark.parametrize(
     "number", [signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -23,6 +24,18 @@ def test_a_signal_interrupts(number):
     with signals_as_interrupt(), pytest.raises(SignalInterrupt) as interrupt:
         signal.raise_signal(number)
     assert interrupt.value.number == number
+
+
+def test_a_section_that_another_thread_drops_ends_without_an_error():
+    """As with a brick that was never closed, when its memory is reclaimed in whichever thread needs some."""
+    before = signal.getsignal(signal.SIGTERM)
+    section = handling(lambda *_: None, ("SIGTERM",))
+    section.__enter__()
+    try:
+        with ThreadPoolExecutor() as pool:
+            pool.submit(section.__exit__, None, None, None).result(timeout=5)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @NUMBERS
