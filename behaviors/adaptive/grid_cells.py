@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.angles import wrapped_deg
+from behaviors.ports import Point
 
 CELL_MM = 80.0
 """Size of a cell."""
@@ -50,6 +51,18 @@ class Cells:
         """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
         # `np.clip` takes longer
         return np.minimum(np.maximum(self.unclipped_index(value_mm), 0), self.side - 1)
+
+    def crossed(self, one: Point, other: Point) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the indices of all cells that a straight line crosses."""
+        borders = [
+            (np.arange(math.ceil(min(a, b) / CELL_MM), max(a, b) / CELL_MM) * CELL_MM - a) / (b - a)
+            for a, b in zip(one, other, strict=True)
+            if a != b
+        ]
+        shares = np.sort(np.concatenate([(0.0, 1.0), *borders]))
+        inside = (shares[1:] + shares[:-1]) / 2
+        i, j = (self.index(a + inside * (b - a)) for a, b in zip(one, other, strict=True))
+        return i, j
 
     def around(
         self, x_mm: float, y_mm: float, radius_mm: float

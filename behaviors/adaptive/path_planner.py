@@ -67,8 +67,9 @@ class PathPlanner:
         self._window, self._cost = _costs(floor, start)
         self._start = self._cell(start)
         self._pace = CELL_MM / speed_mm_s
-        self._field = _spread(self._cost, self._start)
         self._log_odds, self._without_sonar = floor.log_odds[self._window].copy(), floor.without_sonar
+        self._solid = self._log_odds > SOLID
+        self._field = _spread(self._cost, self._solid, self._start)
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
@@ -131,7 +132,7 @@ class PathPlanner:
         at = self._cell(point)
         steps = [at]
         while at != self._start:
-            at = min(self._beside(at), key=lambda each: self._field[each])
+            at = min(self._steps_from(at), key=lambda each: self._field[each])
             if at in steps[-3:]:
                 break
             steps.append(at)
@@ -148,30 +149,40 @@ class PathPlanner:
         rows, columns = self._window
         return np.stack([self._cells.centre_mm(i + rows.start), self._cells.centre_mm(j + columns.start)], axis=1)
 
-    def _beside(self, at: tuple[int, int]) -> list[tuple[int, int]]:
+    def _steps_from(self, at: tuple[int, int]) -> list[tuple[int, int]]:
+        """Return the cells beside this one, without those beyond the corner of a solid one."""
         rows, columns = self._field.shape
         beside = [(at[0] + i, at[1] + j) for i, j, _ in _NEIGHBOURS]
-        return [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
+        within = [(i, j) for i, j in beside if 0 <= i < rows and 0 <= j < columns]
+        return [(i, j) for i, j in within if not (self._solid[at[0], j] or self._solid[i, at[1]])]
 
     def _straightened(self, steps: list[tuple[int, int]], end: Point) -> tuple[Point, ...]:
         """Return few of the steps, joined by straight lines that cost hardly more than the path, and the end."""
+        ij = np.array(steps[1:-1], np.int64).reshape(-1, 2)
+        places = [self._begin, *((x_mm, y_mm) for x_mm, y_mm in self._centres_mm(*ij.T).tolist()), end]
         corners, here = [], 0
         while here < len(steps) - 1:
             there = len(steps) - 1
-            while there > here + 1 and not self._straight(steps[here], steps[there]):
+            while there > here + 1 and not (
+                self._cheap(steps[here], steps[there]) and self._open(places[here], places[there])
+            ):
                 there -= max(1, (there - here) // 4)
             here = there
-            corners.append(steps[here])
-        ij = np.array(corners[:-1], np.int64).reshape(-1, 2)
-        return (*((x_mm, y_mm) for x_mm, y_mm in self._centres_mm(*ij.T).tolist()), end)
+            corners.append(places[here])
+        return (*corners[:-1], end)
 
-    def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
+    def _cheap(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
         """Return whether the straight line between two steps costs hardly more than the path."""
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)
         cost = float(np.mean(self._cost[i, j])) * math.dist(one, other)
         return cost <= STRAIGHT * float(self._field[other] - self._field[one]) + STRAIGHT_CELLS
+
+    def _open(self, one: Point, other: Point) -> bool:
+        """Return whether the straight line between two places crosses no solid cell."""
+        i, j = self._cells.crossed(one, other)
+        return not self._solid[i - self._window[0].start, j - self._window[1].start].any()
 
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
@@ -233,8 +244,8 @@ def _shifted(step: int, size: int) -> slice:
     return slice(max(0, step), size + min(0, step))
 
 
-def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the cost of the shortest path to every cell.
+def _spread(cost: NDArray[np.float64], solid: Mask, start: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the cost of the shortest path to every cell; no step leads round the corner of a solid one.
 
     As in Dijkstra's algorithm the nearest cells go first, but many at once; one that a shorter path reaches later goes
     again.
@@ -242,7 +253,7 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
     width = cost.shape[1] + 2
     prices = np.pad(cost, 1, constant_values=np.inf).ravel()  # no path leads over the rim
     offsets = np.array([[i * width + j] for i, j, _ in _NEIGHBOURS])
-    lengths = np.array([[length] for *_, length in _NEIGHBOURS])
+    lengths = _step_lengths(solid)
     field, waits = np.full(prices.shape, np.inf), np.zeros(prices.shape, np.bool_)
     cells = np.array([(start[0] + 1) * width + start[1] + 1])
     field[cells] = 0.0
@@ -251,10 +262,20 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
         near = reached <= reached.min() + TOGETHER_COST
         waits[cells] = ~near
         beside = cells[near] + offsets
-        through = reached[near] + prices[beside] * lengths
+        through = reached[near] + prices[beside] * lengths[:, cells[near]]
         shorter = through < field[beside]
         beside, through = beside[shorter], through[shorter]
         np.minimum.at(field, beside, through)
         waits[beside] = True
         cells = np.flatnonzero(waits)
     return field.reshape(-1, width)[1:-1, 1:-1].copy()
+
+
+def _step_lengths(solid: Mask) -> NDArray[np.float64]:
+    """Return the length in cells of each step to a neighbour, (8, cells with a rim of one); infinity round a corner."""
+    rimmed = np.pad(solid, 1).ravel()
+    width = solid.shape[1] + 2
+    lengths = np.empty((len(_NEIGHBOURS), len(rimmed)))
+    for k, (i, j, length) in enumerate(_NEIGHBOURS):
+        lengths[k] = np.where(np.roll(rimmed, -i * width) | np.roll(rimmed, -j), np.inf, length) if i and j else length
+    return lengths

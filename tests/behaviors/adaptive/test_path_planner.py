@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
@@ -191,6 +191,7 @@ GOALS = st.tuples(*[st.integers(-1900, 1899).map(lambda mm: mm + 0.5)] * 2)
 
 @pytest.mark.slow
 @given(discs=DISCS, goal=GOALS)
+@example(discs=[(46.0, -882.0, 249.0), (-364.0, -420.0, 297.0)], goal=(-160.5, -820.5))  # beside a solid cell's corner
 def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
     floor = _with_discs(discs)
     routes = PathPlanner(floor, START, SPEED_MM_S)
