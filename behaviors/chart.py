@@ -36,7 +36,7 @@ class MissionChart(StateChart[Any]):
     catch_errors_as_events = False
 
     class robot(State.Parallel):  # noqa: N801 - states are named as events are
-        """The five regions."""
+        """The six regions."""
 
         class mission(State.Compound):  # noqa: N801
             """The pursuit of the targets."""
@@ -142,6 +142,14 @@ class MissionChart(StateChart[Any]):
             map_trusted = distrusted.to(trusted)
             map_cleared = trusted.to(trusted) | distrusted.to(distrusted)
             turns_corrected = trusted.to(trusted) | distrusted.to(distrusted)
+
+        class wheels(State.Compound):  # noqa: N801
+            """Whether both wheels grip the floor."""
+
+            gripping = State(initial=True)
+            slipping = State()
+            wheel_slips = gripping.to(slipping)
+            wheel_grips = slipping.to(gripping)
 
     done = State(final=True)
     # a parallel state is done only when all its regions are; here a finished mission ends the chart

@@ -5,7 +5,7 @@ from __future__ import annotations
 from behaviors.events import Event
 
 STATES = {
-    "robot": "The whole mission, with its five regions.",
+    "robot": "The whole mission, with its six regions.",
     "mission": "The pursuit of the targets.",
     "idle": "Waits for the start.",
     "active": "Pursues a target.",
@@ -37,6 +37,9 @@ STATES = {
     "floor_map": "Whether the map's obstacles stop an approach.",
     "trusted": "Approaches avoid its obstacles.",
     "distrusted": "Approaches go by camera and sonar alone.",
+    "wheels": "Whether both wheels grip the floor.",
+    "gripping": "The pose goes by the wheels.",
+    "slipping": "One wheel slips: it goes by the camera.",
     "done": "All regions have ended with the mission.",
     "resume_here": "The state that was suspended.",
     "recover_here": "The recovery that was interrupted.",
@@ -71,6 +74,8 @@ EVENTS = {
     Event.MAP_TRUSTED: "The distrust has lasted long enough: the map's obstacles count again.",
     Event.MAP_CLEARED: "The map walled the robot in, so its obstacles were forgotten.",
     Event.TURNS_CORRECTED: "The robot turns more or less than its wheels say; odometry is corrected from now on.",
+    Event.WHEEL_SLIPS: "By its frames the robot turns otherwise than by its wheels.",
+    Event.WHEEL_GRIPS: "Frames and wheels agree again.",
     Event.TRIP: "The operator stops the mission, or the motors are not connected as the mission says.",
     Event.SUSPEND: "An outage or a pause interrupts the mission.",
     Event.RESUME: "The outage or the pause is over.",

@@ -49,6 +49,10 @@ class Pose:
         dx, dy = point[0] - self.x_mm, point[1] - self.y_mm
         return wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.heading_deg), math.hypot(dx, dy)
 
+    def corrected(self, turned_deg: float, moved_mm: float) -> Pose:
+        """Return the pose after a further turn, positive right, and a way along the heading."""
+        return Pose(*self.ahead(moved_mm, turned_deg / 2), self.heading_deg + turned_deg)
+
     def distance_mm_to(self, other: Pose) -> float:
         """Return the distance of another pose."""
         return math.hypot(other.x_mm - self.x_mm, other.y_mm - self.y_mm)
@@ -109,6 +113,18 @@ class Sighting:
     lower_deg: float | None = None
 
 
+class CameraTurn(NamedTuple):
+    """How far the camera turned between two frames, by the frames alone.
+
+    Attributes:
+        since_s: When the first one was taken, on the mission's clock.
+        turned_deg: Positive right.
+    """
+
+    since_s: float
+    turned_deg: float
+
+
 @dataclass(frozen=True, slots=True)
 class Glimpse:
     """The targets that one frame showed.
@@ -117,11 +133,13 @@ class Glimpse:
         time_s: When the frame was taken, on the mission's clock.
         seen: The targets confirmed in it, by name.
         unconfirmed: Names of the targets detected in it that another frame has to confirm.
+        turn: How far the camera turned since the frame of the glimpse before; None where the frames do not show it.
     """
 
     time_s: float
     seen: Mapping[str, Sighting]
     unconfirmed: frozenset[str] = frozenset()
+    turn: CameraTurn | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,6 +297,10 @@ class Body(Protocol):
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         """Scale all turns from now on by `scale`, and in the pose also the latest one, by `angle_deg` on the spot."""
+        ...
+
+    def correct_pose(self, turned_deg: float, moved_mm: float) -> None:
+        """Add to the pose what the wheels did not show: a turn, positive right, and a way along the heading."""
         ...
 
     def keep_alive(self) -> None:

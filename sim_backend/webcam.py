@@ -76,6 +76,7 @@ class Webcam:
         self._exposures: deque[Exposure] = deque()
         self._drawn: tuple[int, Image] | None = None
         self._seen: Exposure | None = None
+        self._compared: Exposure | None = None
 
     @property
     def index(self) -> int:
@@ -116,9 +117,7 @@ class Webcam:
         """
         if self.unplugged or self.dropped:
             return None
-        if self._seen is None or self._fault != "stuck":
-            self._seen = self._fresh()
-        seen = self._seen
+        seen = self._look()
         if self._fault == "fogged":
             return None
         picture = self._world.pictures.get(name)
@@ -137,6 +136,22 @@ class Webcam:
         if self._seen is None or self._fault == "fogged":
             return np.empty((0, 2))
         return self._detector.floor_ends(self._seen.panels, self._seen.viewpoint, self._seen.turn_rate_deg_s)
+
+    def turned_deg(self) -> float | None:
+        """Simulate the visual gyroscope: how far the camera turned since the frame of the last call, positive right.
+
+        Returns:
+            None for the first frame, and where the frames do not show it.
+        """
+        then, now = self._compared, self._look()
+        self._compared = now
+        if then is None or self._fault == "fogged":
+            return None
+        from sim_backend.camera.geometric_gyroscope import GYROSCOPE_MODEL
+
+        blur_deg = self._world.file.camera.shutter_s * now.turn_rate_deg_s
+        chance = Random(f"{self._seed}/turn {now.index}")
+        return GYROSCOPE_MODEL.measured_deg(then.viewpoint, now.viewpoint, blur_deg, now.brightness, chance)
 
     @property
     def pictures(self) -> frozenset[str]:
@@ -166,6 +181,12 @@ class Webcam:
         """Whether the latest frame never arrives."""
         rate = self._world.file.camera.drop_rate
         return rate > 0 and Random(f"{self._seed}/frame {self.index}").random() < rate
+
+    def _look(self) -> Exposure:
+        """Return the exposure that geometric vision sees: the latest one, unless the camera repeats its frame."""
+        if self._seen is None or self._fault != "stuck":
+            self._seen = self._fresh()
+        return self._seen
 
     def _fresh(self) -> Exposure:
         """Return the latest exposure delivered; taken now if nothing has moved since it was due."""

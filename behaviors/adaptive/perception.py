@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from behaviors.adaptive.driven_floor import DrivenFloor
 from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.turn_scale import TurnScale
+from behaviors.adaptive.wheel_slip import WheelSlip
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
@@ -105,6 +107,7 @@ class Perception:
         self._range_mm: float | None = None
         self._start: Pose | None = None
         self._driven = DrivenFloor()
+        self._slip = None if world.has_compass else WheelSlip(world.track_mm)
 
     @property
     def target(self) -> str:
@@ -140,6 +143,7 @@ class Perception:
         asked_s = self.now()
         self._looks_s.append((asked_s - begun_s) / len(glimpses))
         now_s, pose, range_mm = self._measure()
+        pose = self._correct_slip(pose, glimpses)
         if now_s - self._looked_s <= LONGEST_STEP_S:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
@@ -178,7 +182,27 @@ class Perception:
         self._range_mm = range_mm = self._accepted(now_s, pose, range_mm)
         if self._turn_tests:
             self.turns.add(pose, range_mm)
+        if self._slip is not None:
+            self._slip.add_pose(now_s, pose)
         return now_s, pose, range_mm
+
+    def _correct_slip(self, pose: Pose, glimpses: Sequence[Glimpse]) -> Pose:
+        """Return the pose, corrected if the glimpses show that a wheel slips."""
+        if self._slip is None:
+            return pose
+        slipped = self._slip.slips
+        for glimpse in glimpses:
+            correction = self._slip.correction(glimpse)
+            if correction is not None:
+                self.context.body.correct_pose(*correction)
+                pose = pose.corrected(*correction)
+        slips = self._slip.slips
+        if slips is not slipped:
+            if self.context.wiring is not None:
+                self.context.wiring.forget_poses()
+            event = Event.WHEEL_SLIPS if slips else Event.WHEEL_GRIPS
+            self.context.report(Fact(event, Reason.FRAMES_TURNED, self._slip.evidence))
+        return pose
 
     def _free_at_s(self, time_s: float, pose: Pose) -> float | None:
         """Return the time of a frame in which the floor right ahead was free, the latest one or an earlier one.
@@ -237,6 +261,8 @@ class Perception:
         self.context.body.correct_turns(scale, turned_deg)
         if self.context.wiring is not None:
             self.context.wiring.forget_poses()
+        if self._slip is not None:
+            self._slip.restart()
         self.world.turned(scale, self.turns.beams)
         self.context.report(Fact(Event.TURNS_CORRECTED, Reason.HEARD_TWICE, {"scale": scale, "turned_deg": turned_deg}))
 

@@ -48,6 +48,8 @@ class WorldModel:
     Attributes:
         floor: The map of the floor.
         camera: How the camera is mounted.
+        track_mm: Distance between the wheels.
+        has_compass: Whether a compass corrects the heading.
         knows_turns: Whether turns need not be measured: the wheels are calibrated, or a compass corrects the heading.
         poses: Recent poses.
         echoes: Recent echoes.
@@ -61,7 +63,9 @@ class WorldModel:
 
     def __init__(self, mission: Mission) -> None:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
-        self.knows_turns = mission.robot.compass != 0 or mission.calibration.wheels is not None
+        self.track_mm = mission.robot.turning_track_mm
+        self.has_compass = mission.robot.compass != 0
+        self.knows_turns = self.has_compass or mission.calibration.wheels is not None
         calibrated = mission.calibration.camera is not None
         beam_deg = mission.robot.sonar_cone_deg / 2
         self._ranges = FloorRanges(mission.camera, mission.sonar_ahead_mm, beam_deg, calibrated=calibrated)

@@ -136,6 +136,10 @@ class MissionBody:
         """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""
         self._rover.correct_turns(scale, angle_deg)
 
+    def correct_pose(self, turned_deg: float, moved_mm: float) -> None:
+        """Add to the pose what the wheels did not show: a turn, positive right, and a way along the heading."""
+        self._rover.correct_pose(turned_deg, moved_mm)
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         with link_errors_as_outages():

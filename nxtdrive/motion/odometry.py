@@ -101,11 +101,14 @@ class Odometry:
             self._jumps_deg += pose.heading_deg - self.pose.heading_deg
             self.pose = pose
 
-    def correct(self, angle_deg: float, wheels: WheelGeometry | None = None) -> None:
-        """Add `angle_deg` to the heading, begin a new `since_correction`, and go on with other `wheels` if given."""
+    def correct(self, angle_deg: float, wheels: WheelGeometry | None = None, *, moved_mm: float = 0.0) -> None:
+        """Add `angle_deg` to the heading, and `moved_mm` along it to the position.
+
+        A new `since_correction` begins, and other `wheels`, if given, are used from now on.
+        """
         with self._lock:
             self._wheels = wheels or self._wheels
-            self.pose = Pose(self.pose.x_mm, self.pose.y_mm, self.pose.heading_deg + angle_deg)
+            self.pose = self.pose.corrected(angle_deg, moved_mm)
             self.since_correction = NO_MOTION
 
     @property

@@ -266,9 +266,13 @@ class Rover:
             scale: 0.5..2.
             angle_deg: The pose counted this turn on the spot, the latest one, in the old way.
         """
-        wheels = replace(self._wheels, track_mm=self._wheels.track_mm / in_range("scale", scale, 0.5, 2))
-        self._wheels = wheels
-        self._odometry.correct((scale - 1.0) * angle_deg, wheels)
+        self._wheels = replace(self._wheels, track_mm=self._wheels.track_mm / in_range("scale", scale, 0.5, 2))
+        self._odometry.correct((scale - 1.0) * angle_deg, self._wheels)
+
+    def correct_pose(self, turned_deg: float, moved_mm: float) -> None:
+        """Add to the pose what the wheels did not show: a turn, positive right, and a way along the heading."""
+        in_range("turned_deg", turned_deg, -TURN_RANGE_DEG, TURN_RANGE_DEG)
+        self._odometry.correct(turned_deg, moved_mm=in_range("moved_mm", moved_mm, -DRIVE_RANGE, DRIVE_RANGE))
 
     def range_mm(self) -> float | None:
         """Measure the distance ahead, millimetres; None without an echo or without a sonar."""
@@ -352,7 +356,8 @@ class Rover:
                 self._link.mark_driven(port)
                 lease.brake()
         guard = self._guard if guarded else unguarded
-        on_reading = self._update if len(wheels) == len(self._ports) else self._update_both
+        # in a motion of only one wheel the other one is read as well
+        on_reading = self._update if len(wheels) == len(self._ports) else lambda _: self._read_wheels()
         move = PositionMove(
             self._link, wheels, profile, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s
         )
@@ -373,10 +378,6 @@ class Rover:
         if self._odometry.update(reading):
             for stall, angle_deg in zip(self._stalls, reading.angles_deg, strict=True):
                 stall.update(reading.time_s, angle_deg)
-
-    def _update_both(self, _: Sample) -> None:
-        """Read both wheels in a motion of only one."""
-        self._read_wheels()
 
     @property
     def _wheels_unread(self) -> bool:

@@ -80,6 +80,10 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
             yield f"backing off: {RETREATS.get(str(data.get('reason')), 'something is in the way')}"
         case "distrusted", Event.MAP_DISTRUSTED:
             yield "the map shows no path past the obstacle; relying on camera and sonar for now"
+        case "slipping", _:
+            yield f"the {data['evidence']['wheel']} wheel slips; going by what the camera shows"
+        case "gripping", Event.WHEEL_GRIPS:
+            yield f"the {data['evidence']['wheel']} wheel grips again after {data['evidence']['slipped_s']:.0f} s"
         case "gave_up", _:
             yield f"{target} given up after the last round"
         case "reached", _:

@@ -105,6 +105,10 @@ class DegradedSensor:
         """Return the pixels at which the floor ends in the latest frame."""
         return self._webcam.floor_ends()
 
+    def turned_deg(self) -> float | None:
+        """Return how far the camera turned since the frame of the last call, as the latest frame shows it."""
+        return self._webcam.turned_deg()
+
     def _mistaken(self) -> tuple[str, ...]:
         """Draw which look-alikes are mistaken for the target in this frame, if it shows them."""
         view = self._view

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.ports import CameraLost, Clock, FloorRay, Glimpse, Pose, Sighting
+from behaviors.ports import CameraLost, CameraTurn, Clock, FloorRay, Glimpse, Pose, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, ReplayCamera, frame_number, next_tick
 from nxtdrive.vision.confirmation import Confirmation
@@ -21,6 +22,7 @@ from nxtdrive.vision.frames import is_black
 from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.frozen import FrozenFrames
 from nxtdrive.vision.geometry import Pinhole
+from nxtdrive.vision.visual_gyroscope import VisualGyroscope
 
 READ_TIMEOUT_S = 3.0
 """Longest wait for a frame; a webcam that starts in the dark takes a second or two."""
@@ -70,6 +72,8 @@ class CameraVision:
         self._confirmations = {name: Confirmation() for name in targets}
         self._shapes = {name: Shape() for name in targets}
         self._floor = FreeFloorDetector()
+        self._gyroscope = VisualGyroscope()
+        self._glanced_s = -math.inf
         self._frame: Frame | None = None
         self._frozen: FrozenFrames | None = None
         self._observers: list[OnLook] = []
@@ -94,7 +98,8 @@ class CameraVision:
             NoFrame: No frame came within `READ_TIMEOUT_S`, it is black, or the camera repeats it.
             ConfigError: There is no target of this name.
         """
-        return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
+        _check_known([target], self._targets)
+        return self._look_for([target], self._next_frame(READ_TIMEOUT_S)).seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
         """Return which of the targets are confirmed in the next new frame.
@@ -103,7 +108,9 @@ class CameraVision:
             NoFrame: No frame came within `GLANCE_TIMEOUT_S`, it is black, or the camera repeats it.
             ConfigError: There is no target of one of the names.
         """
-        return self._look_for(targets, GLANCE_TIMEOUT_S)
+        _check_known(targets, self._targets)
+        frame = self._next_frame(GLANCE_TIMEOUT_S)
+        return replace(self._look_for(targets, frame), turn=self._turn(frame))
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Vision`."""
@@ -118,8 +125,7 @@ class CameraVision:
         height, width = frame.image.shape[:2]
         return _floor_rays(self._floor.ends(frame.image), self._pinhole.resized(width, height))
 
-    def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glimpse:
-        _check_known(targets, self._targets)
+    def _next_frame(self, timeout_s: float) -> Frame:
         try:
             frame = self._camera.read(timeout_s)
         except EndOfFrames as error:
@@ -131,6 +137,16 @@ class CameraVision:
         if self._frozen is not None and self._frozen.repeats(frame):
             raise NoFrame(FROZEN)
         self._frame = frame
+        return frame
+
+    def _turn(self, frame: Frame) -> CameraTurn | None:
+        """Return how far the camera turned since the last glance."""
+        since_s, self._glanced_s = self._glanced_s, frame.time_s - self._latency_s
+        height, width = frame.image.shape[:2]
+        turned_deg = self._gyroscope.turned_deg(frame.image, self._pinhole.resized(width, height))
+        return None if turned_deg is None else CameraTurn(since_s, turned_deg)
+
+    def _look_for(self, targets: Sequence[str], frame: Frame) -> Glimpse:
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}
         return _glimpse(frame.time_s - self._latency_s, sightings, self._confirmations)
@@ -194,6 +210,13 @@ class GeometricSensor(Protocol):
         """
         ...
 
+    def turned_deg(self) -> float | None:
+        """Return how far the camera turned since the frame of the last call, as this frame shows it.
+
+        See `nxtdrive.vision.visual_gyroscope.VisualGyroscope.turned_deg`.
+        """
+        ...
+
 
 class GeometricVision:
     """Detections computed from geometry, for sweeps over many missions; implements `behaviors.ports.Vision`.
@@ -220,12 +243,15 @@ class GeometricVision:
         self._heights_mm = dict(heights_mm)
         self._pinhole = pinhole
         self._given = -1
+        self._glanced_s = -math.inf
         self._knows_floor = False
         self._confirmations: dict[str, Confirmation] = {}
 
     def look(self, target: str) -> Sighting | None:
         """Return the sighting of `target` if it is confirmed in the next new frame."""
-        return self.glance([target]).seen.get(target)
+        glimpse = self._look_for([target])
+        self._compute()
+        return glimpse.seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
         """Return which of the targets are confirmed in the next new frame.
@@ -234,16 +260,19 @@ class GeometricVision:
             NoFrame: The camera is unplugged.
             ConfigError: There is no target of one of the names.
         """
+        glimpse = self._look_for(targets)
+        turned_deg, since_s, self._glanced_s = self._sensor.turned_deg(), self._glanced_s, glimpse.time_s
+        self._compute()
+        return glimpse if turned_deg is None else replace(glimpse, turn=CameraTurn(since_s, turned_deg))
+
+    def _look_for(self, targets: Sequence[str]) -> Glimpse:
         _check_known(targets, self._heights_mm)
         self._await_frame()
         if self._sensor.unplugged:
             raise NoFrame("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps - self._latency_s
         sightings = {target: self._look_at(target, time_s) for target in targets}
-        glimpse = _glimpse(time_s, sightings, self._confirmations)
-        if self._sensor.detector_s:
-            self._clock.sleep(self._sensor.detector_s)
-        return glimpse
+        return _glimpse(time_s, sightings, self._confirmations)
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Vision`."""
@@ -259,6 +288,11 @@ class GeometricVision:
             found = Detection(box_of(quad), 1.0, quad)
             located.append(_sighting(target, found, self._pinhole, self._heights_mm[target], time_s))
         return self._confirmations.setdefault(target, Confirmation()).update(time_s, located)
+
+    def _compute(self) -> None:
+        """Let the time pass that the detectors need for a frame."""
+        if self._sensor.detector_s:
+            self._clock.sleep(self._sensor.detector_s)
 
     def _await_frame(self) -> None:
         """Wait as a camera does: for the latest frame, or the next one if that was used before or never arrives."""

@@ -111,6 +111,9 @@ class RandomPorts:
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         self._pose = Pose(self._pose.x_mm, self._pose.y_mm, self._pose.heading_deg + (scale - 1.0) * angle_deg)
 
+    def correct_pose(self, turned_deg: float, moved_mm: float) -> None:
+        self._pose = self._pose.corrected(turned_deg, moved_mm)
+
     def can_drive_forward(self) -> bool:
         return True
 

@@ -483,6 +483,18 @@ def test_a_lens_that_is_fogged_wherever_the_robot_looks_is_mentioned_once(review
     assert len([hint for hint in review.hints if "Wipe its lens" in hint]) == hints
 
 
+def test_a_wheel_that_slipped_for_long_is_mentioned_once(review):
+    said = []
+    for slipped_s in (4.0, 31.0, 40.0):
+        evidence = {"wheel": "right", "lost_share": 0.52, "slipped_s": slipped_s}
+        data = {"source": "slipping", "to": "gripping", "event": Event.WHEEL_GRIPS, "reason": Reason.FRAMES_TURNED}
+        review(Record(0.0, RecordKind.TRANSITION, "suspended", "lena", {**data, "evidence": evidence}))
+        said.append([hint for hint in review.hints if "slipped" in hint])
+    assert said[0] == []
+    assert said[1] == said[2]
+    assert said[1][0].startswith("The right wheel slipped for 31 s and lost about 52 % of its way. Wipe its tyre")
+
+
 def test_a_link_that_is_lost_again_and_again_is_mentioned_once(review):
     data = {"source": "up", "to": "down", "event": Event.LINK_LOST, "reason": Reason.LINK_LOST, "evidence": {}}
     said = []

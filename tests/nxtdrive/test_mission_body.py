@@ -141,6 +141,14 @@ def test_turns_can_be_corrected(lab):
     assert body.pose().heading_deg == pytest.approx(99, abs=3)
 
 
+def test_the_pose_can_be_corrected(lab):
+    body = MissionBody(Rover(lab().brick.link), ["sonar"])
+    body.correct_pose(90.0, 0.0)
+    body.correct_pose(0.0, -50.0)
+    pose = body.pose()
+    assert (pose.x_mm, pose.y_mm, pose.heading_deg) == pytest.approx((0.0, -50.0, 90.0))
+
+
 @pytest.mark.parametrize("described", [{"wheel_diameter_mm": 24.0}, {"axle_track_mm": 500.0}, {}])
 def test_a_robot_with_small_wheels_or_a_wide_track_drives_as_fast_as_these_allow(lab, described):
     rover = build_rover(lab().brick, RobotTable(touch=0, ultrasonic=0, **described))

@@ -440,6 +440,8 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         lambda rover: rover.curve(100.0, 4000.0),
         lambda rover: rover.correct_turns(0.4, 0.0),
         lambda rover: rover.correct_turns(2.1, 0.0),
+        lambda rover: rover.correct_pose(math.nan, 0.0),
+        lambda rover: rover.correct_pose(0.0, math.inf),
     ],
 )
 def test_motions_beyond_reason_are_refused(lab, motion):

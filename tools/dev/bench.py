@@ -233,6 +233,7 @@ def measure_detectors() -> Iterable[Figure]:
             took_us = call_us(partial(detector.detect, frame), number=3)
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
         yield from _measure_free_floor(frame)
+        yield _measure_gyroscope(frame)
     yield from _measure_several_pictures()
 
 
@@ -251,6 +252,15 @@ def _measure_free_floor(frame: Image) -> Iterable[Figure]:
     learn_us = call_us(learn, number=3)
     yield at_most(f"free floor, {width}x{height}", call_us(partial(detector.ends, frame), 3) / 1000, "ms/frame", 5)
     yield Figure(f"free floor, learning it, {width}x{height}", learn_us / 1000, "ms/frame")
+
+
+def _measure_gyroscope(frame: Image) -> Figure:
+    from nxtdrive.vision.geometry import Pinhole
+    from nxtdrive.vision.visual_gyroscope import VisualGyroscope
+
+    height, width = frame.shape[:2]
+    measure = partial(VisualGyroscope().turned_deg, frame, Pinhole.from_hfov(width).resized(width, height))
+    return at_most(f"visual gyroscope, {width}x{height}", call_us(measure, 3) / 1000, "ms/frame", 5)
 
 
 def _measure_several_pictures() -> Iterable[Figure]:

@@ -27,7 +27,7 @@ a test checks that both agree.
 
 On a narrow screen, open the picture on its own and enlarge it.
 
-Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and its
+Six regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and its
 measurements. An event without a transition from the current state changes nothing. The motors never wait for the chart:
 the safety stop acts first and reports afterwards.
 

@@ -17,7 +17,7 @@ from behaviors.events import Event
 
 Place = tuple[float, float]
 
-SIZE = (1720, 1190)
+SIZE = (1720, 1400)
 BOX = (164, 66)
 INK, PALE, PAPER = "#22303c", "#71808d", "#ffffff"
 GOAL, FAIL, CHOICE, OTHER = "#0a7d5c", "#c0392b", "#2563b0", "#5b6672"
@@ -48,6 +48,8 @@ PLACES: dict[str, Place] = {
     "blind": (1610, 836),
     "trusted": (1400, 1080),
     "distrusted": (1610, 1080),
+    "gripping": (1400, 1291),
+    "slipping": (1610, 1291),
 }
 """The middle of each state."""
 
@@ -59,6 +61,7 @@ FRAMES: dict[str, tuple[float, float, float, float]] = {
     "safety": (1300, 340, 400, 370),
     "camera": (1300, 740, 400, 170),
     "floor_map": (1300, 940, 400, 225),
+    "wheels": (1300, 1195, 400, 175),
 }
 """Left, top, width and height of each compound."""
 
@@ -70,6 +73,7 @@ BEGINNINGS: dict[str, tuple[Place, Place]] = {
     "clear": ((1345, 434), (1345, 457)),
     "seeing": ((1345, 780), (1345, 803)),
     "trusted": ((1345, 1024), (1345, 1047)),
+    "gripping": ((1345, 1235), (1345, 1258)),
 }
 """The dots at which regions and compounds begin, and where their arrows end."""
 
@@ -141,6 +145,8 @@ ROUTES: dict[tuple[str, str], Route] = {
     ("distrusted", "trusted"): Route(GOAL, ((1528, 1096), (1482, 1096)), (1505, 1130)),
     ("trusted", "trusted"): Route(OTHER, ((1370, 1047), (1370, 1010), (1430, 1010), (1430, 1047)), (1400, 990)),
     ("distrusted", "distrusted"): Route(OTHER, ((1580, 1047), (1580, 1010), (1640, 1010), (1640, 1047)), (1610, 990)),
+    ("gripping", "slipping"): Route(FAIL, ((1482, 1277), (1528, 1277)), (1505, 1253)),
+    ("slipping", "gripping"): Route(GOAL, ((1528, 1307), (1482, 1307)), (1505, 1339)),
 }
 """Every pair of states with a transition."""
 
@@ -162,7 +168,7 @@ LEGEND = (
 )
 TITLE = "The statechart of a mission"
 SUBTITLE = (
-    "nxtdrive: five regions run side by side. An arrow with an event is taken when the robot reports it, an arrow "
+    "nxtdrive: six regions run side by side. An arrow with an event is taken when the robot reports it, an arrow "
     "without one at once."
 )
 NOTES = (
@@ -189,7 +195,7 @@ def picture() -> str:
         _arrowhead(svg, color)
     for name, frame in FRAMES.items():
         _frame(svg, name, frame)
-    _legend(svg, (990, 930))
+    _legend(svg, (60, 1215))
     joined = [(pair, list(group)) for pair, group in groupby(sorted(arrows(), key=_pair), key=_pair)]
     for pair, group in joined:
         _line(svg, pair, group)

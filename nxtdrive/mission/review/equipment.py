@@ -1,4 +1,4 @@
-"""Hints at parts of the robot that work badly without an error: a weak radio, a deaf sonar, a fogged lens."""
+"""Hints at parts that work badly without an error: a weak radio, a wheel that slips, a deaf sonar, a fogged lens."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LOSSES = 3
 """A link that was lost this often in one mission is bad."""
+SLIPPED_S = 10.0
+"""A wheel that slipped for this long needs attention."""
 ROUND_DEG, APART_MM = 270.0, 300.0
 """A robot that has turned this far in all, and was at places this far apart, has faced most things in a room."""
 PLAIN = 10
@@ -35,6 +37,19 @@ def weak_link(run: ReviewedRun, transition: Transition) -> Hints:
             text = (
                 f"The brick was out of reach {LOSSES} times. Bring robot and computer nearer to each other, or use a "
                 "cable; a weak battery has the same effect."
+            )
+            yield "", text
+
+
+def slipping_wheel(run: ReviewedRun, transition: Transition) -> Hints:
+    """Report a wheel that slipped for long, once."""
+    if transition.event == Event.WHEEL_GRIPS and not run.wheel_slipped:
+        slipped_s, lost_share = transition.evidence.get("slipped_s", 0.0), transition.evidence.get("lost_share", 0.0)
+        if slipped_s >= SLIPPED_S:
+            run.wheel_slipped = True
+            text = (
+                f"The {transition.evidence.get('wheel')} wheel slipped for {slipped_s:.0f} s and lost about "
+                f"{100 * lost_share:.0f} % of its way. Wipe its tyre and the floor, and keep cables away from it."
             )
             yield "", text
 

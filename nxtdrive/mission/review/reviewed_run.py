@@ -60,6 +60,7 @@ class ReviewedRun:
         look: Data of the last look; empty before the first.
         weak_battery: Whether the battery was found to be weak.
         link_losses: How often the link was lost.
+        wheel_slipped: Whether a wheel that slipped for long was reported.
         stops: For each target, the distances at which the robot was stopped although the target looked farther away.
     """
 
@@ -74,6 +75,7 @@ class ReviewedRun:
     look: Mapping[str, Any] = field(default_factory=dict, init=False)
     weak_battery: bool = field(default=False, init=False)
     link_losses: int = field(default=0, init=False)
+    wheel_slipped: bool = field(default=False, init=False)
     stops: dict[str, list[Distances]] = field(default_factory=lambda: defaultdict(list), init=False)
     _lookalikes: dict[str, list[str]] = field(default_factory=dict, init=False)
 

@@ -20,6 +20,7 @@ AT_OTHER_TRANSITIONS: Sequence[Check] = (
     sizes.range_mismatch,
     recognition.never_seen,
     equipment.weak_link,
+    equipment.slipping_wheel,
     build.ports,
 )
 GIVEN_UP = ("given_up", "time_up")

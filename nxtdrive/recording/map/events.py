@@ -14,7 +14,7 @@ from nxtdrive.recording.progress_lines import UNKNOWN_FORM, ProgressLines
 
 MAX_NUMBERS = 16
 """Numbers on a map, at most."""
-QUIET = ("search", "verify", "gave_up", "distrusted")
+QUIET = ("search", "verify", "gave_up", "distrusted", "gripping")
 """States into which a transition gets no number: the event that led to it has one."""
 LAST = 3
 """The last events have numbers in any case: they show how a mission ended."""

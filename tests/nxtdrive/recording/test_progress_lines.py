@@ -115,6 +115,19 @@ def test_transitions_that_other_lines_report_are_not_printed(transition):
     assert _lines(_transition(*transition)) == []
 
 
+def test_a_wheel_that_slips_is_named():
+    slips = _transition(
+        "gripping", "slipping", "wheel_slips", "frames_turned", wheel="left", lost_share=0.4, slipped_s=0.0
+    )
+    grips = _transition(
+        "slipping", "gripping", "wheel_grips", "frames_turned", wheel="left", lost_share=0.4, slipped_s=12.3
+    )
+    assert _lines(slips, grips) == [
+        "   57.7 s  the left wheel slips; going by what the camera shows",
+        "   57.7 s  the left wheel grips again after 12 s",
+    ]
+
+
 def test_wrong_wiring_says_what_to_change():
     lines = _lines(_transition("clear", "tripped", "trip", "wrong_wiring", error='What it saw fits left = "C".'))
     assert lines == ['   57.7 s  What it saw fits left = "C".']

@@ -215,6 +215,9 @@ class Place:
     def floor_ends(self):
         return self.sensor.floor_ends(self.panels, self.viewpoint)
 
+    def turned_deg(self):
+        return None
+
 
 @pytest.mark.parametrize(("size", "tilt_deg"), [((320, 240), 0.0), ((640, 480), 0.0), ((320, 240), -8.0)])
 def test_camera_and_geometric_vision_agree_on_the_free_floor(clock, size, tilt_deg):
