@@ -2,8 +2,8 @@
 
 A wheel may slip for minutes, on dust or with a cable under it; the robot then drives in circles while, by odometry, it
 drives straight. How far the camera turned from frame to frame is compared with how far the wheels say. Once they
-differ by more than errors explain, the pose follows the camera, and where a frame is blurred the wheels without the
-share of its way that the wheel lost lately; until camera and wheels agree again.
+differ by more than errors explain, the pose follows the camera. Where a frame is blurred, it follows the wheels, less
+the share of its way that the wheel lost lately. Both end when camera and wheels agree again.
 """
 
 from __future__ import annotations
@@ -142,13 +142,16 @@ class WheelSlip:
         self._intervals.append(interval)
         while self._intervals[0].end_s < interval.end_s - WINDOW_S:
             self._intervals.popleft()
+        if not self.slips:
+            self._learn_lag(interval)
+            if not self._share and abs(self._off_deg(self._lag)) <= ERROR_DEG:
+                return None  # the usual case, decided quickly
         if interval.end_s < self._distrusted_until_s:
             return None
         if abs(self._off_deg(self._lag)) > self._most_deg + self._error_deg:
             self.slips, self._distrusted_until_s = False, interval.end_s + DISTRUST_S
             return None
         if not self.slips:
-            self._learn_lag(interval)
             return self._begin() if self._begins else None
         if self._grips:
             return self._end()
@@ -180,7 +183,8 @@ class WheelSlip:
     def _begin(self) -> SlipCorrection:
         """Find out since when the wheel slips: the time over which a slip explains most."""
         self.slips, self._begun_s = True, self._intervals[-1].end_s
-        products, squares, most, since = np.zeros(2), np.zeros(2), 0.0, len(self._intervals)
+        self._products, self._squares, since, most = np.zeros(2), np.zeros(2), 0, 0.0
+        products, squares = self._products, self._squares
         for number in reversed(range(len(self._intervals))):
             products, squares = self._learned(self._intervals[number], products, squares)
             explained = float(_explained(products, squares).max())

@@ -174,6 +174,33 @@ def test_frames_far_apart_are_not_compared_as_the_turn_in_between_is_not_known(s
     assert robot.corrections == 0
 
 
+@settings(max_examples=200, deadline=None)
+@given(
+    steps=st.lists(
+        st.tuples(
+            st.floats(0.0, 2.0),
+            st.floats(-300.0, 300.0),
+            st.floats(-90.0, 90.0),
+            st.one_of(st.none(), st.floats(-90.0, 90.0)),
+        ),
+        max_size=40,
+    )
+)
+def test_whatever_wheels_and_frames_say_corrections_are_finite(steps):
+    slip, pose, now_s = WheelSlip(TRACK_MM), Pose(), 0.0
+    for duration_s, way_mm, turned_deg, seen_deg in steps:
+        since_s, now_s = now_s, now_s + duration_s
+        pose = pose.corrected(turned_deg, way_mm)
+        slip.add_pose(now_s, pose)
+        turn = None if seen_deg is None else CameraTurn(since_s, seen_deg)
+        correction = slip.correction(Glimpse(now_s, {}, turn=turn))
+        if correction is not None:
+            assert all(map(math.isfinite, correction))
+            pose = pose.corrected(*correction)
+        if slip.slips:
+            assert 0.0 <= slip.evidence["lost_share"] <= 0.85
+
+
 def test_after_a_pose_was_corrected_by_others_it_begins_again():
     robot = Robot()
     robot.drive([SPIN] * 30)
