@@ -66,8 +66,6 @@ def _head(explanation: Explanation, width: int) -> list[Text]:
     if run.damaged:
         lines = f"line{'s' * (len(run.damaged) > 1)} {', '.join(map(str, run.damaged))}"
         notes.append(f"{lines} of the journal cannot be read and {'are' if len(run.damaged) > 1 else 'is'} left out")
-    if run.end is not None and (error := run.end.data.get("error")):
-        notes.append(f"error: {error}")
     if run.mission is None:
         notes.append(UNKNOWN)
     if explanation.unavailable:
@@ -79,10 +77,15 @@ def _head(explanation: Explanation, width: int) -> list[Text]:
 
 
 def _equipment(explanation: Explanation) -> list[Text]:
-    lines = equipment_lines(explanation.run.records)
+    """Report the parts that failed, and the error that ended the run unless it is one of theirs."""
+    run = explanation.run
+    lines = equipment_lines(run.records)
     texts = [f"{time_s:.1f} s  {what}" for time_s, what in lines[:SHOWN]]
     if len(lines) > SHOWN:
         texts.append(f"and so on: {len(lines)} such lines in all")
+    error = run.end.data.get("error") if run.end else None
+    if error and error not in [what for _, what in lines[:SHOWN]]:
+        texts.append(f"error: {error}")
     return [Text(printable(text), style="yellow") for text in texts]
 
 

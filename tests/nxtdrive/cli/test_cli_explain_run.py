@@ -180,6 +180,22 @@ def test_parts_that_failed_are_reported_before_the_decisions(explained, tmp_path
     assert len(told) == 11
 
 
+@pytest.mark.parametrize(("error", "said"), [("the camera hangs.", 0), ("the policy is broken.", 1)])
+def test_an_outage_that_ended_the_run_is_reported_once(explained, tmp_path, error, said):
+    common = {"state": "search", "target": "lena"}
+    lost = {"source": "up", "to": "down", "event": "camera_lost", "evidence": {"error": "the camera hangs."}}
+    journal = tmp_path / "journal.jsonl"
+    records = [
+        {"t": 0.0, "kind": "start", "mission": "m"},
+        {"t": 2.0, "kind": "transition", **lost},
+        {"t": 32.0, "kind": "end", "ending": "camera_lost", "error": error},
+    ]
+    journal.write_text("".join(f"{json.dumps(record | common)}\n" for record in records))
+    shown = explained(journal)
+    assert shown.count("2.0 s  the camera hangs.") == 1
+    assert shown.count(f"error: {error}") == said
+
+
 def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path):
     journal = (runs["thesis"] / "journal.jsonl").read_bytes()
     cut = tmp_path / "journal.jsonl"
