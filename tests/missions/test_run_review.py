@@ -280,17 +280,16 @@ def test_an_arrival_and_a_failure_without_measurements_are_no_defect(mission_for
 
 
 @pytest.mark.slow
-def test_a_height_that_is_too_large_is_reported_when_driving_has_shown_it(perform, mission_for):
-    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
-    assert "height_mm = 600" in hint
-    assert "nxtdrive calibrate camera" in hint
-
-
-@pytest.mark.slow
-def test_in_the_simulator_half_the_height_is_reported_with_the_true_one(perform, mission_for):
-    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 150.0, "adaptive", 60.0), geometric=False).hints
-    assert "height_mm = 150" in hint
-    assert "about 300 mm high" in hint
+@pytest.mark.parametrize(
+    ("height_mm", "limit_s", "said"), [(600.0, 120.0, "nxtdrive calibrate camera"), (150.0, 60.0, "about 300 mm high")]
+)
+def test_double_and_half_the_height_are_reported_when_driving_has_shown_it(
+    perform, mission_for, height_mm, limit_s, said
+):
+    mission = _with(mission_for("lena"), height_mm, "adaptive", limit_s)
+    [hint] = _reviewed(perform, "open", mission, geometric=False).hints
+    assert f"height_mm = {height_mm:.0f}" in hint
+    assert said in hint
 
 
 @pytest.mark.parametrize(("target", "hints"), [({"detector": "color", "color": "green"}, 0), (None, 1)])

@@ -39,15 +39,10 @@ def test_a_program_that_uses_only_pyusb_finds_the_brick(execute):
 
 
 @pytest.mark.slow
-def test_our_own_driver_finds_it(execute):
-    done = execute(program=("-m", "nxtdrive", "info", "--nxt", "usb://", "--json"))
-    assert json.loads(done.stdout)["firmware"] == "1.29"
-
-
-@pytest.mark.slow
-def test_the_firmware_may_be_chosen(execute):
-    done = execute("--firmware", "1.32", program=("-m", "nxtdrive", "info", "--nxt", "usb://", "--json"))
-    assert json.loads(done.stdout)["firmware"] == "1.32"
+@pytest.mark.parametrize(("options", "firmware"), [((), "1.29"), (("--firmware", "1.32"), "1.32")])
+def test_our_own_driver_finds_it_with_the_firmware_that_was_chosen(execute, options, firmware):
+    done = execute(*options, program=("-m", "nxtdrive", "info", "--nxt", "usb://", "--json"))
+    assert json.loads(done.stdout)["firmware"] == firmware
 
 
 @pytest.mark.slow

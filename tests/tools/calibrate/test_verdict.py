@@ -159,9 +159,7 @@ def test_a_sheet_of_half_the_size_is_no_fault_of_the_sonar():
 @pytest.mark.parametrize("aslant", [True, False])
 def test_the_beam_of_the_sonar_is_found_where_the_wall_echoes_aslant(cone_deg, aslant):
     rng = np.random.default_rng(1)
-    values = {"wheel_mismatch_percent": 0.0, "wheel_diameter_mm": 56.0, "axle_track_mm": 112.0}
-    values |= {"sheet_x_mm": 1300.0, "sheet_y_mm": 0.0, "sheet_turn_deg": 0.0}
-    track = Track((640, 480))
+    track, (_, values, _) = Track((640, 480)), _towards_the_wall()
     for i in range(-400, 401):
         off_deg = i * 0.15
         counts = math.radians(off_deg - -60.0) * 112 / 2 / (math.pi * 56 / 360)

@@ -80,40 +80,29 @@ def test_a_world_file_of_one_robot_is_looked_for_beside_the_file(tmp_path):
     assert (ada.address.target, ada.address.options["seed"]) == (str(tmp_path / "lab.toml"), "7")
 
 
-def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
-    text = """
-    [classroom]
-    world = "nowhere"
-    [[robot]]
-    name = "Ada"
-    nxt = "usb://"
-    mission = "nosuch.toml"
-    [[robot]]
-    name = "ada"
-    nxt = "usb://"
-    camera = "geometric"
-    [[robot]]
-    name = "NUL"
-    """
-    with pytest.raises(ConfigError) as raised:
-        _read(tmp_path, text)
-    for part in ("nowhere", "nosuch.toml", "name 'ada'", "nxt 'usb://'", "geometric", "NUL"):
-        assert part in str(raised.value)
+NOWHERE = '[classroom]\nworld = "nowhere"\n'
+ADA = '[[robot]]\nname = "Ada"\nnxt = "usb://"\nmission = "nosuch.toml"\n'
 
 
-def test_a_value_of_the_wrong_form_hides_no_other_mistake(tmp_path):
-    text = """
-    [classroom]
-    world = "nowhere"
-    [[robot]]
-    name = "Ada"
-    mission = "nosuch.toml"
-    [[robot]]
-    name = 3
-    """
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (
+            NOWHERE + ADA + '[[robot]]\nname = "ada"\nnxt = "usb://"\ncamera = "geometric"\n[[robot]]\nname = "NUL"\n',
+            ["nowhere", "nosuch.toml", "name 'ada'", "nxt 'usb://'", "geometric", "NUL"],
+        ),
+        # a value of the wrong form hides no other mistake
+        (NOWHERE + ADA + "[[robot]]\nname = 3\n", ["3 mistakes", "robot[1].name", "nosuch.toml", "nowhere"]),
+        (
+            '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolor = "red"',
+            ["2 mistakes", "2 robots have the name 'ada'", "#rrggbb"],
+        ),
+    ],
+)
+def test_every_mistake_of_a_file_is_reported_at_once(tmp_path, text, parts):
     with pytest.raises(ConfigError) as raised:
         _read(tmp_path, text)
-    for part in ("3 mistakes", "robot[1].name", "nosuch.toml", "nowhere"):
+    for part in parts:
         assert part in str(raised.value)
 
 
@@ -121,14 +110,6 @@ def test_after_a_table_of_the_wrong_form_no_mission_is_looked_for_in_another_fol
     with pytest.raises(ConfigError) as raised:
         _read(tmp_path, '[classroom]\nmissions = 3\n[[robot]]\nname = "Ada"\nmission = "there.toml"\n')
     assert "1 mistake:\n  classroom.missions" in str(raised.value)
-
-
-def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong(tmp_path):
-    text = '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolor = "red"'
-    with pytest.raises(ConfigError) as raised:
-        _read(tmp_path, text)
-    for part in ("2 mistakes", "2 robots have the name 'ada'", "#rrggbb"):
-        assert part in str(raised.value)
 
 
 @pytest.mark.parametrize(
