@@ -99,14 +99,13 @@ def test_w2_a_silent_brick_ends_every_call_within_its_time(lab, timeout_s):
 
 @pytest.mark.slow
 def test_w3_error_statuses_leave_nothing_behind():
-    brick = Brick(Scripted(LSGetStatus.encode_reply(status=Status.PENDING)))
-
     def ask(times):
         for _ in range(times):
             with contextlib.suppress(CommunicationPending):
                 brick.request(LSGetStatus(InputPort.IN_1))
 
-    assert least_growth([lambda: ask(100), lambda: ask(STATUSES // 2), lambda: ask(STATUSES // 2)]) < LEAK_BYTES
+    with Brick(Scripted(LSGetStatus.encode_reply(status=Status.PENDING))) as brick:
+        assert least_growth([lambda: ask(100), lambda: ask(STATUSES // 2), lambda: ask(STATUSES // 2)]) < LEAK_BYTES
 
 
 def test_w4_a_turn_ends_where_it_should(lab):
@@ -145,37 +144,40 @@ def _output_state(**odd):
 
 
 def test_w7_numbers_without_a_name_are_members_too():
-    brick = Brick(Scripted(_output_state(run_state=0x60, regulation=4, mode=0xF8)))
-    state = brick.request(GetOutputState(OutputPort.A))
+    with Brick(Scripted(_output_state(run_state=0x60, regulation=4, mode=0xF8))) as brick:
+        state = brick.request(GetOutputState(OutputPort.A))
     assert state.run_state is RunState.HOLD
     assert state.regulation is RegulationMode.POSITION
     assert state.mode & 0xF8 == 0xF8
-    odd = Brick(Scripted(_output_state(run_state=0x77))).request(GetOutputState(OutputPort.A)).run_state
+    with Brick(Scripted(_output_state(run_state=0x77))) as brick:
+        odd = brick.request(GetOutputState(OutputPort.A)).run_state
     assert (odd, odd.known) == (0x77, False)
     values = GetInputValues.encode_reply() + bytes((0, 1, 0, 99, 0x1F)) + bytes(8)
-    sensor = Brick(Scripted(values)).request(GetInputValues(InputPort.IN_1))
+    with Brick(Scripted(values)) as brick:
+        sensor = brick.request(GetInputValues(InputPort.IN_1))
     assert (sensor.type, sensor.type.known, int(sensor.mode)) == (99, False, 0x1F)
 
 
 @pytest.mark.parametrize("reply", [b"\x02\x0b\x00\x40", b"\x02\x0b\x00\x40\x1f\x00", b"\x02\x0b\x00", b"\x02\x0b"])
 def test_w7_replies_of_another_length_are_a_protocol_error_with_their_bytes(reply):
-    with pytest.raises(RemoteProtocolError) as caught:
-        Brick(Scripted(reply)).request(GetBatteryLevel())
+    with Brick(Scripted(reply)) as brick, pytest.raises(RemoteProtocolError) as caught:
+        brick.request(GetBatteryLevel())
     assert caught.value.telegram == reply
 
 
 @given(st.binary(max_size=70))
 def test_w7_whatever_is_received_is_an_answer_or_one_of_our_errors(reply):
-    brick = Brick(Scripted(reply), timeout_s=0.01)
-    with contextlib.suppress(LinkError, RemoteProtocolError, BrickError):
+    with (
+        Brick(Scripted(reply), timeout_s=0.01) as brick,
+        contextlib.suppress(LinkError, RemoteProtocolError, BrickError),
+    ):
         assert brick.request(GetBatteryLevel()).voltage_mv >= 0
 
 
 @pytest.mark.parametrize("power", [101, 127, 128, -101, -128, -129, 1000])
 def test_w8_power_beyond_a_hundred_percent_never_leaves_the_computer(power):
     link = Scripted(SetOutputState.encode_reply())
-    brick = Brick(link)
-    with pytest.raises(LocalProtocolError):
+    with Brick(link) as brick, pytest.raises(LocalProtocolError):
         brick.motor("A").dc(power)
     assert link.sent == []
 
