@@ -110,7 +110,7 @@ def _kidnapped(builder: RoomBuilder) -> None:
         for _ in range(100):
             to_mm = builder.place(300.0)
             far = math.dist(to_mm, builder.pictures[target]["at_mm"]) > 1000.0
-            if far and plan.passable(to_mm, to_mm, ROBOT_RADIUS_MM + FREE_START_MM):
+            if far and plan.is_free(to_mm, ROBOT_RADIUS_MM + FREE_START_MM):
                 break
         builder.add_event(
             f"carried away from {target}",

@@ -185,10 +185,10 @@ class FloorPlan:
         kept = tuple(obstacle for obstacle in self.obstacles if obstacle.near(low, high, distance_mm))
         return replace(self, obstacles=kept)
 
-    def passable(self, start: Point, end: Point, radius_mm: float) -> bool:
-        """Return whether a robot of that radius can drive straight from one point to the other."""
-        line = _line(start, end)
-        return bool(np.all(self.near(line, radius_mm).clearance_mm(line) >= radius_mm))
+    def is_free(self, place: Point, radius_mm: float) -> bool:
+        """Return whether a robot of that radius may stand at a place."""
+        point = np.array([place], np.float64)
+        return bool(np.all(self.near(point, radius_mm).clearance_mm(point) >= radius_mm))
 
     def in_the_way(self, start: Point, end: Point, radius_mm: float) -> list[Obstacle]:
         """Return the obstacles that such a robot would run into on the straight path."""

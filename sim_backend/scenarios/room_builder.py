@@ -201,7 +201,7 @@ class RoomBuilder:
             for picture in wanted
         ]
         return (
-            plan.passable(self.start_mm, self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
+            plan.is_free(self.start_mm, ROBOT_RADIUS_MM + FREE_START_MM)
             and all(math.dist(self.start_mm, goal.at_mm) >= HEAD_START_MM for goal in goals)
             and not any(misplaced(self.world("")))
             and plan.reachable(self.start_mm, goals, radius_mm)
