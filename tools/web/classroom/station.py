@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +102,6 @@ class Station:
         runs: Where the folders of its missions go.
         retry_s: A robot that cannot be opened is tried again after this time.
         fall_back_after_s: A brick that is lost for longer is replaced, unless a mission runs, which waits for it.
-        now: Monotonic time in seconds.
 
     Attributes:
         entry: As given.
@@ -122,7 +121,6 @@ class Station:
         *,
         retry_s: float = RETRY_S,
         fall_back_after_s: float = FALL_BACK_AFTER_S,
-        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.entry = entry
         self.hub = StationHub()
@@ -131,7 +129,7 @@ class Station:
         self.is_open = False
         self._built = built
         self._runs = runs
-        self._retry_s, self._fall_back_after_s, self._now = retry_s, fall_back_after_s, now
+        self._retry_s, self._fall_back_after_s = retry_s, fall_back_after_s
         self._lock = threading.Lock()
         self._news, self._closing = threading.Event(), threading.Event()
         self._return_wanted = False
@@ -256,7 +254,7 @@ class Station:
         if not self.is_open or self.hub.waits:
             self._lag.reset()
             return False
-        return self._lag.lags(self._now(), self.time_s)
+        return self._lag.lags(time.monotonic(), self.time_s)
 
     def _supervise(self) -> None:
         while not self._closing.is_set():
@@ -305,8 +303,8 @@ class Station:
                 self.is_open = self._return_wanted = self.stands_in = False
                 self.trouble = ""
                 return True
-            lost_since_s = min(lost_since_s, self._now()) if self.hub.lost and not self.hub.running else math.inf
-            if self._now() - lost_since_s >= self._fall_back_after_s and self._falls_back(self.hub.lost):
+            lost_since_s = min(lost_since_s, time.monotonic()) if self.hub.lost and not self.hub.running else math.inf
+            if time.monotonic() - lost_since_s >= self._fall_back_after_s and self._falls_back(self.hub.lost):
                 return True
         if robot.failure:
             raise robot.failure
