@@ -13,8 +13,8 @@ from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded, shifted
-from sim_backend.firmware.radio_line import LOST_MS, STARTS_AGAIN_MS, UNENDING_MS, Held, Line
-from sim_backend.firmware.radio_operation import SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Operation
+from sim_backend.firmware.radio_line import RING, RadioLine
+from sim_backend.firmware.radio_operation import LOST_MS, SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Held, Operation
 from sim_backend.firmware.radio_tables import RadioTables
 from sim_backend.firmware.settled import Settled
 
@@ -22,8 +22,11 @@ DEFAULT_NAME = b"NXT"
 
 _ADDRESS_SIZE = 6
 
-RING = 128
-"""Size of the ring buffer of what the radio sends."""
+_STARTS_AGAIN_MS = 4950
+"""From the first answer of a start, if it is not recognised, to that of the next start."""
+
+_UNENDING_MS = 1_000_000_000
+"""Duration of an operation that never ends."""
 
 _OF_THE_RADIO = (Part.MESSAGE, Part.ON, Part.STORED_NAME)
 """Changes that come although the firmware does not recognise an answer."""
@@ -46,8 +49,7 @@ class Radio:
         state: The state that the user interface shows: a `RadioState`, or what was written to its map.
         resetting: 1 while the radio starts again after a reset, or what was written to its map.
         link_state: State of the radio in the Comm map: its bits 0 and 1 are set once the radio was on.
-        ring_place: Bytes that the radio has sent since the boot: where its next one is stored, modulo `RING`.
-        line: What brings the radio's answers, and other bytes; None if nothing else comes.
+        line: What brings the radio's answers, and other bytes.
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         tables: The tables of the Comm map; set by the brick.
@@ -58,13 +60,11 @@ class Radio:
 
     name, stored_name = Settled[bytes](), Settled[bytes]()
     state, resetting, link_state = Settled[int](), Settled[int](), Settled[int]()
-    ring_place = Settled[int]()
 
     on_plan: Callable[[], None]
     tables: RadioTables
     inbox: memoryview
     sends_reply: Callable[[], bool]
-    line: Line | None = None
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         if len(name) >= NAME_SIZE or len(address) != _ADDRESS_SIZE:
@@ -78,22 +78,17 @@ class Radio:
         self._busy_from_ms, self._busy_until_ms = 0, 0.0
         self._link_state = answers.LINKED
         self._changes: list[Change] = []
-        self._is_streaming = self._waited = self._redraws = False
+        self._waited = self._redraws = False
         self._operation: Operation | None = None
         self._is_lost = self._is_silent = self.sending = False
-        self._ring_place = _PLACE_AFTER_BOOT
+        self.line = RadioLine(_PLACE_AFTER_BOOT, self.hear)
         self._held: Held | None = None
 
-    @property
-    def streaming(self) -> bool:
-        """Whether the radio is in stream mode; a command then waits until it is not."""
-        return self._is_streaming
-
-    @streaming.setter
-    def streaming(self, streaming: bool) -> None:
+    def set_streaming(self, streaming: bool) -> None:
+        """Begin or end stream mode; a command waits until it has ended."""
         self.settle()
-        self._is_streaming = streaming
-        self._is_lost |= self._held is not None and self._busy_until_ms < UNENDING_MS
+        self.line.streaming = streaming
+        self._is_lost |= self._held is not None and self._busy_until_ms < _UNENDING_MS
         if self._clock.now_ms < self._busy_from_ms:  # it is over when the mode has changed
             self._busy_until_ms, self._operation = 0, None
         operation = self._operation
@@ -164,7 +159,7 @@ class Radio:
         self._name = padded(self._stored_name[:NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
-            self._ring_place, self._link_state = _PLACE_WITH_RADIO_OFF, 0
+            self.line.place, self._link_state = _PLACE_WITH_RADIO_OFF, 0
 
     def show_boot(self) -> None:
         """Show the last answers of the boot in the receive buffer."""
@@ -278,7 +273,7 @@ class Radio:
         held = self._held if at_ms < self._busy_until_ms else None
         if held is None or message != held.answer.value:
             self._add(Change(at_ms, Part.MESSAGE, message))
-            self._busy_until_ms += UNENDING_MS if held else 0
+            self._busy_until_ms += _UNENDING_MS if held else 0
             return
         self._held, late_ms = None, at_ms - held.answer.at_ms
         self._busy_until_ms = held.busy_until_ms + late_ms
@@ -293,8 +288,8 @@ class Radio:
         changes = [change for change in self._changes if change.part not in _OF_THE_RADIO]
         self._changes = [change for change in self._changes if change.part in _OF_THE_RADIO]
         if answer.value == answers.WOKEN:
-            self._add(*shifted((answer._replace(part=Part.FRESH_LINE), answer, *changes), STARTS_AGAIN_MS))
-            self._busy_until_ms += STARTS_AGAIN_MS
+            self._add(*shifted((answer._replace(part=Part.FRESH_LINE), answer, *changes), _STARTS_AGAIN_MS))
+            self._busy_until_ms += _STARTS_AGAIN_MS
         else:
             self._held = Held(answer, changes, self._busy_until_ms)
             self._busy_until_ms = answer.at_ms + LOST_MS
@@ -328,9 +323,9 @@ class Radio:
             began_ms, answer_ms, late_ms, duration_ms, tuple(in_order), stream_lasts_ms
         )
         self._is_silent = self._is_lost = False
-        self._waited, self._held = self._is_streaming, None
+        self._waited, self._held = self.line.streaming, None
         self.on_plan()
-        if self._is_streaming:
+        if self.line.streaming:
             self._hold()
         else:
             self._schedule(operation, 0, 0)
@@ -350,7 +345,8 @@ class Radio:
         self._schedule(operation, max(STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)
 
     def _schedule(self, operation: Operation, shift_ms: int, late_ms: int) -> None:
-        began_ms, place = operation.began_ms + shift_ms, self.ring_place
+        self.settle()
+        began_ms, place = operation.began_ms + shift_ms, self.line.place
         changes: list[Change] = []
         for at_ms, part, value in operation.changes:
             if part is Part.ANSWER:
@@ -366,12 +362,12 @@ class Radio:
         until_ms = self._clock.now_ms if until_ms is None else until_ms
         while self._changes and self._changes[0].at_ms <= until_ms:
             match change := self._changes.pop(0):
-                case at_ms, Part.ANSWER, answer if answer and self.line and self.line.is_obstructed(at_ms):
+                case at_ms, Part.ANSWER, answer if answer and self.line.is_obstructed(at_ms):
                     self._divert(change)
                     self.line.append(at_ms, answer)
                 case _, Part.ANSWER, answer:
                     self._enter(answer)
-                    self._ring_place += len(answer)
+                    self.line.place += len(answer)
                 case _, Part.MESSAGE, message:
                     self._enter(message)
                 case _, Part.NAME, name:
@@ -393,7 +389,7 @@ class Radio:
                     self._resetting = resetting
                 case _, Part.REDRAWS, _:
                     self._redraws = True
-                case at_ms, Part.FRESH_LINE, _ if self.line:
+                case at_ms, Part.FRESH_LINE, _:
                     self.line.clear(at_ms)
                 case _, Part.TABLES, call:
                     call()

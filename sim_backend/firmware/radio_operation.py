@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -18,6 +19,9 @@ TIME_OUT_MS = 494
 
 SILENT_MS = 504
 """How long the firmware waits for the answer of a radio that is off."""
+
+LOST_MS = 499
+"""From an answer that is not recognised to the end of its operation."""
 
 
 class Operation(NamedTuple):
@@ -49,3 +53,17 @@ class Operation(NamedTuple):
     def leaves_ms(self) -> float:
         """When the firmware leaves stream mode if the radio has left it before; 0 if it stays in it."""
         return self.began_ms + _LEAVES_MS + self.stream_lasts_ms if self.stream_lasts_ms < inf else 0
+
+
+class Held(NamedTuple):
+    """An operation that waits for an answer behind other bytes.
+
+    Attributes:
+        answer: The answer.
+        changes: What follows it.
+        busy_until_ms: When the operation would be over.
+    """
+
+    answer: Change
+    changes: Sequence[Change]
+    busy_until_ms: float

@@ -13,9 +13,8 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.motors.bench_motor import BenchMotor
+from sim_backend.firmware.radio_stream import RadioStream
 from sim_backend.firmware.sensors.analog import FULL_SCALE
-
-from .radio_stream import RadioStream
 
 _POLL_LIMIT = 100_000
 """Result of a wait that gives up; it has made one poll fewer."""
