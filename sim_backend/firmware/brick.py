@@ -261,6 +261,7 @@ class SimBrick:
             The reply as LEGO's firmware would send it, or None.
         """
         self.ui.registers.has_cable = True
+        self.radio.settle()
         return self.comm.receive(telegram)
 
     def receive_bluetooth(self, framed: bytes) -> bytes:

@@ -13,8 +13,15 @@ from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded, shifted
-from sim_backend.firmware.radio_line import RING, RadioLine
-from sim_backend.firmware.radio_operation import LOST_MS, SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Held, Operation
+from sim_backend.firmware.radio_line import (
+    PLACE_AFTER_BOOT,
+    PLACE_WITH_RADIO_OFF,
+    RING,
+    STARTS_AGAIN_MS,
+    UNENDING_MS,
+    RadioLine,
+)
+from sim_backend.firmware.radio_operation import SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Held, Operation
 from sim_backend.firmware.radio_tables import RadioTables
 from sim_backend.firmware.settled import Settled
 
@@ -22,17 +29,8 @@ DEFAULT_NAME = b"NXT"
 
 _ADDRESS_SIZE = 6
 
-_STARTS_AGAIN_MS = 4950
-"""From the first answer of a start, if it is not recognised, to that of the next start."""
-
-_UNENDING_MS = 1_000_000_000
-"""Duration of an operation that never ends."""
-
 _OF_THE_RADIO = (Part.MESSAGE, Part.ON, Part.STORED_NAME)
 """Changes that come although the firmware does not recognise an answer."""
-
-_PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
-"""Place of the radio's next byte after a boot, which its answers to the firmware determine."""
 
 
 class Radio:
@@ -50,7 +48,6 @@ class Radio:
         resetting: 1 while the radio starts again after a reset, or what was written to its map.
         link_state: State of the radio in the Comm map: its bits 0 and 1 are set once the radio was on.
         line: What brings the radio's answers, and other bytes.
-        shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         tables: The tables of the Comm map; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
@@ -74,21 +71,21 @@ class Radio:
         self.own_address = self.address = address
         self._name = self._stored_name = padded(name)
         self._on, self._resetting = True, 0
-        self._state = self.shown_state = int(RadioState.VISIBLE)
+        self._state = int(RadioState.VISIBLE)
         self._busy_from_ms, self._busy_until_ms = 0, 0.0
         self._link_state = answers.LINKED
         self._changes: list[Change] = []
         self._waited = self._redraws = False
         self._operation: Operation | None = None
         self._is_lost = self._is_silent = self.sending = False
-        self.line = RadioLine(_PLACE_AFTER_BOOT, self.hear)
+        self.line = RadioLine(PLACE_AFTER_BOOT, self.hear)
         self._held: Held | None = None
 
     def set_streaming(self, streaming: bool) -> None:
         """Begin or end stream mode; a command waits until it has ended."""
         self.settle()
         self.line.streaming = streaming
-        self._is_lost |= self._held is not None and self._busy_until_ms < _UNENDING_MS
+        self._is_lost |= self._held is not None and self._busy_until_ms < UNENDING_MS
         if self._clock.now_ms < self._busy_from_ms:  # it is over when the mode has changed
             self._busy_until_ms, self._operation = 0, None
         operation = self._operation
@@ -106,6 +103,11 @@ class Radio:
         """Whether the radio is on; otherwise there is no stream."""
         self.settle()
         return self._on
+
+    @property
+    def shown_state(self) -> int:
+        """The state for the user interface: changes come after its step of a pass."""
+        return self._state
 
     @property
     def shows_off(self) -> bool:
@@ -128,10 +130,13 @@ class Radio:
         """Time of the next answer that redraws the status bar."""
         return min((change.at_ms for change in self._changes if change.part is Part.REDRAWS), default=inf)
 
+    def redraws(self, at_ms: int) -> bool:
+        """Return whether a command to the radio, or one of its answers by that time, redraws the status bar."""
+        return self._redraws or self.next_redraw_ms <= at_ms
+
     def follow(self, until_ms: int) -> bool:
-        """Update the state that the user interface shows; return whether the status bar is to be redrawn."""
+        """Make the changes up to that time; return whether the status bar is to be redrawn."""
         self.settle(until_ms)
-        self.shown_state = self._state
         redraws, self._redraws = self._redraws, False
         return redraws
 
@@ -158,8 +163,8 @@ class Radio:
         self._stored_name = before.stored_name
         self._name = padded(self._stored_name[:NAME_AT_BOOT])
         if not before._on:
-            self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
-            self.line.place, self._link_state = _PLACE_WITH_RADIO_OFF, 0
+            self._on, self._state = False, RadioState.OFF
+            self.line.place, self._link_state = PLACE_WITH_RADIO_OFF, 0
 
     def show_boot(self) -> None:
         """Show the last answers of the boot in the receive buffer."""
@@ -172,11 +177,14 @@ class Radio:
         self.inbox[: len(message)] = answers.received(message)
 
     def rename(self, name: bytes) -> None:
-        """Change the name; at most 15 characters count."""
-        self.settle()
+        """Change the name, at most 15 characters, after a start of the radio if its state, as in the map, is off."""
+        starts = self.shows_off
         self.name, self._redraws = padded(name), True
-        at_ms, woken = (4, []) if self._on else (158, answers.woken(154))
-        self._occupy(at_ms, *woken, *answers.renamed(at_ms, self._name), late_ms=1, stream_lasts_ms=3)
+        if starts or self._on:
+            at_ms, woken = (158, answers.woken(154)) if starts else (4, [])
+            self._occupy(at_ms, *woken, *answers.renamed(at_ms, self._name), late_ms=1, stream_lasts_ms=3)
+        else:
+            self._occupy(SILENT_MS - 1, Change(4, Part.STORED_NAME, self._name), late_ms=1, stream_lasts_ms=3)
 
     def switch(self, on: bool, *, lead_ms: int = 0) -> bool:
         """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite.
@@ -273,7 +281,7 @@ class Radio:
         held = self._held if at_ms < self._busy_until_ms else None
         if held is None or message != held.answer.value:
             self._add(Change(at_ms, Part.MESSAGE, message))
-            self._busy_until_ms += _UNENDING_MS if held else 0
+            self._busy_until_ms += UNENDING_MS if held else 0
             return
         self._held, late_ms = None, at_ms - held.answer.at_ms
         self._busy_until_ms = held.busy_until_ms + late_ms
@@ -288,11 +296,11 @@ class Radio:
         changes = [change for change in self._changes if change.part not in _OF_THE_RADIO]
         self._changes = [change for change in self._changes if change.part in _OF_THE_RADIO]
         if answer.value == answers.WOKEN:
-            self._add(*shifted((answer._replace(part=Part.FRESH_LINE), answer, *changes), _STARTS_AGAIN_MS))
-            self._busy_until_ms += _STARTS_AGAIN_MS
+            self._add(*shifted((answer._replace(part=Part.FRESH_LINE), answer, *changes), STARTS_AGAIN_MS))
+            self._busy_until_ms += STARTS_AGAIN_MS
         else:
             self._held = Held(answer, changes, self._busy_until_ms)
-            self._busy_until_ms = answer.at_ms + LOST_MS
+            self._busy_until_ms = answer.at_ms + answers.lost_ms(answer.value)
         self.on_plan()
 
     def postpone(self, passes: int) -> None:
@@ -363,7 +371,8 @@ class Radio:
         while self._changes and self._changes[0].at_ms <= until_ms:
             match change := self._changes.pop(0):
                 case at_ms, Part.ANSWER, answer if answer and self.line.is_obstructed(at_ms):
-                    self._divert(change)
+                    if answer != answers.SEARCHES:
+                        self._divert(change)
                     self.line.append(at_ms, answer)
                 case _, Part.ANSWER, answer:
                     self._enter(answer)

@@ -88,7 +88,9 @@ _RENAMED, SWITCHED_OFF, _RESTORED = _answer(0x22, b"\0"), _answer(0x32, b"\x50")
 IS_ON, IS_OFF = _answer(0x1B, b"\1\0"), _answer(0x31, b"\1\0")
 """The last answers of a boot."""
 
-_SEARCHES, _FOUND_NONE = _answer(0x0E), _answer(0x10)
+SEARCHES, FOUND_NONE = _answer(0x0E), _answer(0x10)
+"""The beginning of a search, for which nothing waits, and its end."""
+
 _VISIBILITY_SET = _answer(0x20, b"\1")
 
 WOKEN, _LISTED, _VERSION = _answer(0x14), _answer(0x19), _answer(0x30, b"\0\1")
@@ -109,6 +111,11 @@ def name_answer(name: bytes) -> bytes:
     return _answer(0x2C, name)
 
 
+def lost_ms(answer: bytes) -> int:
+    """Return how long after an answer that is not recognised its operation ends."""
+    return 29_998 if answer == FOUND_NONE else 499
+
+
 def visibility(visible: bool) -> Sequence[Change]:
     """Return the changes of the command to be visible to others or not."""
     return Change(3, Part.ANSWER, _VISIBILITY_SET), Change(3, Part.VISIBLE, visible)
@@ -116,8 +123,8 @@ def visibility(visible: bool) -> Sequence[Change]:
 
 def search(begin: Callable[[], object]) -> Sequence[Change]:
     """Return the changes of a search that finds nothing, with a call as it begins."""
-    searches = Change(3, Part.ANSWER, _SEARCHES), Change(2, Part.TABLES, begin)
-    return *searches, Change(4, Part.ANSWER, _FOUND_NONE)
+    searches = Change(3, Part.ANSWER, SEARCHES), Change(2, Part.TABLES, begin)
+    return *searches, Change(4, Part.ANSWER, FOUND_NONE)
 
 
 def removed(remove: Callable[[], object]) -> Sequence[Change]:

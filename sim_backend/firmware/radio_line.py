@@ -9,6 +9,15 @@ from sim_backend.firmware.limits import BLUETOOTH
 RING = 128
 """Size of the ring buffer of what the radio sends."""
 
+PLACE_AFTER_BOOT, PLACE_WITH_RADIO_OFF = 62, 51
+"""Place of the radio's next byte after a boot, which its answers to the firmware determine."""
+
+STARTS_AGAIN_MS = 4950
+"""From the first answer of a start, if it is not recognised, to that of the next start."""
+
+UNENDING_MS = 1_000_000_000
+"""Duration of an operation that never ends."""
+
 
 class RadioLine:
     """Bytes that wait in the radio's ring buffer; outside of stream mode they are messages, one in a pass.

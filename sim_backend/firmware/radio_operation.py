@@ -20,9 +20,6 @@ TIME_OUT_MS = 494
 SILENT_MS = 504
 """How long the firmware waits for the answer of a radio that is off."""
 
-LOST_MS = 499
-"""From an answer that is not recognised to the end of its operation."""
-
 
 class Operation(NamedTuple):
     """An operation of the radio, as it runs without stream mode. Times count from the command.

@@ -48,7 +48,7 @@ class RadioDialog:
         """Show the radio's request, unless the user interface is busy."""
         registers = self._registers
         for asks, shown in ((RadioState.ASKING, UiState.QUESTION), (RadioState.REPORTING, UiState.REPORT)):
-            if self._radio.state & asks and not registers.flags & UiFlag.BUSY:
+            if self._radio.shown_state & asks and not registers.flags & UiFlag.BUSY:
                 registers.set(UiFlag.BUSY)
                 registers.go_to(shown)
 

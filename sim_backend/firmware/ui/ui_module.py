@@ -171,7 +171,8 @@ class UiModule:
             counter.settle()
         self._io_control.send()
         self._watch.follow()
-        self._follow_radio(now_ms - 1)
+        if self._radio.follow(now_ms - 1):
+            registers.set(UiFlag.REDRAW_STATUS)
         self.sleep_timer.follow_request(now_ms, resets=bool(registers.flags & UiFlag.RESET_SLEEP_TIMER))
         self._handlers.get(registers.state, registers.rest)()
         self._warning.follow()
@@ -182,13 +183,9 @@ class UiModule:
         self._follow_exit()
         self._pages.power_off.follow(partial(self._pages.menu.call, Function.OFF, Call.OPEN))
         self.status_bar.follow()
-        self._follow_radio(now_ms)
+        if self._radio.redraws(now_ms):
+            registers.set(UiFlag.REDRAW_STATUS)
         self._schedule(now_ms)
-
-    def _follow_radio(self, until_ms: int) -> None:
-        """Redraw the status bar after a command to the radio, and in the pass after some of its answers."""
-        if self._radio.follow(until_ms):
-            self.registers.set(UiFlag.REDRAW_STATUS)
 
     def _follow_battery(self, now_ms: int) -> None:
         """Take a sample of the battery when it is time."""
