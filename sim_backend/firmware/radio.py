@@ -13,14 +13,7 @@ from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState, padded, shifted
-from sim_backend.firmware.radio_line import (
-    PLACE_AFTER_BOOT,
-    PLACE_WITH_RADIO_OFF,
-    RING,
-    STARTS_AGAIN_MS,
-    UNENDING_MS,
-    RadioLine,
-)
+from sim_backend.firmware.radio_line import PLACE_WITH_RADIO_OFF, RING, STARTS_AGAIN_MS, UNENDING_MS, RadioLine
 from sim_backend.firmware.radio_operation import SILENT_MS, STREAM_ENDS_MS, TIME_OUT_MS, Held, Operation
 from sim_backend.firmware.radio_tables import RadioTables
 from sim_backend.firmware.settled import Settled
@@ -78,7 +71,7 @@ class Radio:
         self._waited = self._redraws = False
         self._operation: Operation | None = None
         self._is_lost = self._is_silent = self.sending = False
-        self.line = RadioLine(PLACE_AFTER_BOOT, self.hear)
+        self.line = RadioLine(self.hear)
         self._held: Held | None = None
 
     def set_streaming(self, streaming: bool) -> None:

@@ -9,7 +9,7 @@ from sim_backend.firmware.limits import BLUETOOTH
 RING = 128
 """Size of the ring buffer of what the radio sends."""
 
-PLACE_AFTER_BOOT, PLACE_WITH_RADIO_OFF = 62, 51
+_PLACE_AFTER_BOOT, PLACE_WITH_RADIO_OFF = 62, 51
 """Place of the radio's next byte after a boot, which its answers to the firmware determine."""
 
 STARTS_AGAIN_MS = 4950
@@ -31,14 +31,13 @@ class RadioLine:
         sent_ms: When other bytes than the radio's answers came last.
     """
 
-    def __init__(self, place: int, hear: Callable[[int, bytes], None]) -> None:
+    def __init__(self, hear: Callable[[int, bytes], None]) -> None:
         """Make the line.
 
         Args:
-            place: The radio's place after a boot.
             hear: Called with the pass and each message that was read then.
         """
-        self.place, self._hear = place, hear
+        self.place, self._hear = _PLACE_AFTER_BOOT, hear
         self.waiting = self.taken = b""
         self.streaming = self.is_blocked = False
         self._message_rest, self._read_ms, self.sent_ms = 0, -1, -1
