@@ -102,7 +102,7 @@ def _ended_after(config: pytest.Config, seconds: float) -> Iterator[None]:
             before(number, frame)
 
     def end() -> None:
-        wait_s = seconds
+        wait_s = min(seconds, threading.TIMEOUT_MAX)
         while not done.wait(wait_s):
             over.set()
             if len(places) >= MAX_INTERRUPTS:

@@ -125,8 +125,10 @@ def test_a_program_over_its_real_time_limit_fails_its_test_though_it_catches_the
     assert "assert 0 == 100" not in text
 
 
-def test_a_test_within_its_real_time_limit_is_not_changed(outcomes):
-    assert outcomes(ENDLESS.format(name="returns", body="return"))[0] == {"passed": 2}
+@pytest.mark.parametrize("limit", ["0.3", "1e12", "float('inf')"])
+def test_a_test_within_its_real_time_limit_is_not_changed(outcomes, limit):
+    body = ENDLESS.format(name="returns", body="return").replace("0.3", limit)
+    assert outcomes(body)[0] == {"passed": 2}
 
 
 def test_ctrl_c_ends_a_test_with_a_real_time_limit(outcomes):
