@@ -10,6 +10,7 @@ import os
 from importlib import import_module
 from typing import Protocol, cast
 
+from firmware_protocol.errors import AddressError
 from nxtdrive.transports.address import DEFAULT, Address, unknown_scheme
 from nxtdrive.transports.base import Transport
 
@@ -71,7 +72,7 @@ def transport_class(scheme: str) -> TransportClass:
     """Return the class that serves `scheme`, from the table or from other packages' entry points.
 
     Raises:
-        AddressError: There is none.
+        AddressError: There is none, or that of another package cannot be loaded.
     """
     if scheme in SCHEMES:
         module, name = SCHEMES[scheme]
@@ -81,4 +82,12 @@ def transport_class(scheme: str) -> TransportClass:
     plugins = {plugin.name: plugin for plugin in entry_points(group=ENTRY_POINTS)}
     if scheme not in plugins:
         raise unknown_scheme(scheme, [*SCHEMES, *plugins])
-    return cast("TransportClass", plugins[scheme].load())
+    plugin = plugins[scheme]
+    try:
+        return cast("TransportClass", plugin.load())
+    except Exception as error:  # the module of another package may raise anything
+        raise AddressError(
+            f"the transport for {scheme}:// addresses ({plugin.value}) cannot be loaded: "
+            f"{type(error).__name__}: {error}.",
+            remedy="Correct or uninstall the package that offers it.",
+        ) from error

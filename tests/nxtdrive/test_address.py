@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -137,6 +138,13 @@ def test_other_packages_may_bring_transports(monkeypatch):
 
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [Plugin()])
     assert transport_class("carrier-pigeon") == "the class"
+
+
+def test_a_transport_of_another_package_that_cannot_be_loaded_is_named(monkeypatch):
+    broken = EntryPoint("carrier-pigeon", "no_such_package:Pigeon", "nxtdrive.transports")
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [broken])
+    with pytest.raises(AddressError, match=r"carrier-pigeon://.*no_such_package:Pigeon.*No module named"):
+        transport_class("carrier-pigeon")
 
 
 def test_a_transport_loads_only_what_it_needs():
