@@ -184,9 +184,13 @@ def _other_sweep(path: Path, tasks: Sequence[Task]) -> list[MissionResult]:
     """Return the results in another sweep's file, if any mission can be compared with them."""
     from nxtdrive.tools.sweep.result_file import read_results
 
+    remedy = "With --against, name the results file of a sweep."
     if not path.is_file():
-        raise ConfigError(f"{path} is no file.", remedy="With --against, name the results file of a sweep.")
-    results: list[MissionResult] = read_results(path)
+        raise ConfigError(f"{path} is no file.", remedy=remedy)
+    try:
+        results: list[MissionResult] = read_results(path)
+    except ConfigError as error:
+        raise ConfigError(error.args[0], remedy=remedy) from None
     missions = [(result.kind, result.seed, result.agent) for result in results]
     if not {(task.kind, task.seed, task.agent) for task in tasks}.intersection(missions):
         raise ConfigError(

@@ -70,3 +70,12 @@ def test_a_file_that_cannot_be_compared_is_refused_before_a_mission_is_run(sweep
 def test_a_file_that_does_not_exist_is_refused(sweep, tmp_path, capsys):
     assert sweep(tmp_path / "missing.jsonl") == 2
     assert "missing.jsonl is no file" in capsys.readouterr().err
+
+
+def test_a_file_of_something_else_is_refused_with_the_option_that_named_it(sweep, tmp_path, capsys):
+    (tmp_path / "old.jsonl").write_text('{"kind": "start"}\n', encoding="utf-8")
+    assert sweep(tmp_path / "old.jsonl") == 2
+    said = capsys.readouterr().err
+    assert "old.jsonl is not the file of a sweep" in said
+    assert "--against" in said
+    assert "--out" not in said
