@@ -46,7 +46,7 @@ def profile_name(name: str) -> str:
     if name in BUILT_IN_PROFILES or ":" in name or name in installed_profiles():
         return name
     known = ", ".join(named_profiles())
-    raise ValueError(f"must be {known}, a class as package.module:Class, or an installed profile (docs/profiles.md)")
+    raise ValueError(f"must be {known}, a class as package.module:Class, or an installed profile")
 
 
 def profile_in_mission(name: str, info: ValidationInfo) -> str:

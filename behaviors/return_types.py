@@ -14,7 +14,7 @@ class WrongReturn(MissionError):
     """A method returned something else than it should, or nothing; the message names it with its file and line."""
 
     def __str__(self) -> str:
-        return f"{super().__str__()}. Correct it there; docs/profiles.md says what each method returns."
+        return f"{super().__str__()}. Correct it there."
 
 
 def checked(method: Callable[..., object], kind: type[Result], *arguments: object) -> Result:

@@ -73,7 +73,7 @@ _REMEDIES = {
     Status.FILE_IS_BUSY: "Stop the program that uses the file, then try again.",
     Status.ILLEGAL_FILE_NAME: "Names have at most 19 characters, the dot included.",
     Status.BLUETOOTH_BUSY: "Wait until the brick's radio has finished, then try again.",
-    Status.UNKNOWN_OPCODE: "This brick's firmware lacks this command; later versions have more (docs/protocol.md).",
+    Status.UNKNOWN_OPCODE: "This brick's firmware lacks this command; `nxtdrive info` shows its version.",
     Status.OUT_OF_RANGE: "Check the port, and that the named file is on the brick.",
     Status.BUS_ERROR: "Check the sensor's cable and that it is plugged into the port you named.",
     Status.CHANNEL_NOT_CONFIGURED: (

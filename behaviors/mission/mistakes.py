@@ -32,7 +32,7 @@ ELSEWHERE = {
     **dict.fromkeys(("nxt", "address"), "name it with --nxt, as in --nxt usb://"),
 }
 """Keys that people write into a mission and that no mission has, and what to do instead."""
-INSTALL = "install its package (docs/detectors.md)"
+INSTALL = "install its package"
 DETECTOR_OF = {
     "pictures": "picture",
     "cascade": "haar",

@@ -112,7 +112,7 @@ class MissionTable(Table):
     Attributes:
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
-        profile: How to behave: adaptive, thesis, or your own profile (docs/profiles.md).
+        profile: How to behave: adaptive, thesis, an installed profile, or your own as module:Class.
         rounds: Maximum number of rounds through the list of targets; later rounds try again what was given up. The
             adaptive profile makes as many as [adaptive] says, if that is more.
         time_limit_s: When the mission ends, whatever has been reached.

@@ -14,7 +14,7 @@ from behaviors.profile_names import installed_profiles, named_profiles
 from behaviors.return_types import place
 from input_files.mistakes import nearest
 
-DOCUMENT = "docs/profiles.md"
+INTERFACE = "`python -m pydoc behaviors.profiles.profile` shows the interface."
 CALLS = {
     "own_policy": ("mission",),
     "skill": ("self", "state", "choice"),
@@ -99,7 +99,7 @@ def _remedy(name: str, error: BaseException) -> str:
         return f"correct the name of the class, or write it in {file}."
     if not attribute and (near := nearest(name, named_profiles())):
         return f"did you mean {near!r}?"
-    return f"name it as module:Class in the folder of module.py, or install its package ({DOCUMENT})."
+    return "name it as module:Class in the folder of module.py, or install its package."
 
 
 def _check(name: str, found: Any) -> None:  # noqa: ANN401 - it may be anything
@@ -110,7 +110,7 @@ def _check(name: str, found: Any) -> None:  # noqa: ANN401 - it may be anything
     """
     missing = [each for each in CALLS if not callable(getattr(found, each, None))]
     if missing:
-        raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; {DOCUMENT} says what a profile has.")
+        raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; {INTERFACE}")
     _check_call(name, found, found.__init__, f"{found.__name__}(context, mission, queue, policy=None)", 3, policy=None)
     for method, takes in CALLS.items():
         words = f"{method}({', '.join(each for each in takes if each != 'self')})"
@@ -127,4 +127,4 @@ def _check_call(name: str, called: Any, method: Any, words: str, number: int, **
         signature.bind(*[None] * number, **named)
     except TypeError as error:
         text = f"profile {name!r} cannot be used: {place(method)} does not take the arguments of {words}: {error}"
-        raise MissionError(f"{text}; {DOCUMENT} has the interface.") from None
+        raise MissionError(f"{text}; {INTERFACE}") from None

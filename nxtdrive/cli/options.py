@@ -226,7 +226,7 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add ``--profile NAME``, also called ``--policy``."""
-    named = "thesis, adaptive, an installed profile, or package.module:Class (docs/profiles.md)"
+    named = "thesis, adaptive, an installed profile, or module:Class for a class in module.py of this folder"
     help_text = f"{meaning}; NAME is {named}"
     parser.add_argument("--profile", "--policy", metavar="NAME", type=_profile, choices=_Profiles(), help=help_text)
 

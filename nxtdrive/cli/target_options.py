@@ -59,7 +59,7 @@ def add_target_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_network_arguments(parser: argparse.ArgumentParser) -> None:
     from behaviors.mission.targets import OnnxColors, OnnxLayout, OnnxNormalisation, OnnxRuntime
 
-    network = parser.add_argument_group("with --onnx, as the keys of a mission's target (docs/vision.md)")
+    network = parser.add_argument_group("with --onnx, as the keys of a mission's target")
     network.add_argument("--label", metavar="NAME", help="which of the network's labels to look for")
     network.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
     network.add_argument(

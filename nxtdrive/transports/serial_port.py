@@ -101,7 +101,8 @@ def _cannot_open(device: str, error: Exception) -> NXTError:
     if number == errno.ENOENT or "FileNotFoundError" in text:
         return BrickNotFound(
             f"there is no serial port {device}.",
-            remedy="Pair the brick and make its port first (docs/connecting.md); `nxtdrive list` shows the ports.",
+            remedy="Pair the brick first (PIN 1234); Linux then needs `sudo rfcomm bind 0 ADDRESS`. "
+            "`nxtdrive list` shows addresses and ports.",
         )
     return BrickNotFound(
         f"no brick answers at {device}: {error}.", remedy="Is it on and paired, and the port's name right?"

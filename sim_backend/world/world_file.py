@@ -52,7 +52,10 @@ class Floor(Table):
     """The room: its floor from (0, 0) to `size_mm`, closed by four walls.
 
     Attributes:
+        size_mm: Width and depth.
         color: Colour of the floor outside all patches, for light and colour sensors.
+        wall_height_mm: Height of the four walls.
+        wall_texture: Image file, or a built-in texture.
     """
 
     size_mm: Size
@@ -255,6 +258,8 @@ class Wall(Table):
     """An inner wall.
 
     Attributes:
+        from_mm: One end.
+        to_mm: The other end.
         absorbs: Whether it absorbs ultrasound, as a curtain does.
     """
 
@@ -270,9 +275,11 @@ class Box(Table):
     """A box on the floor; a low one stops the robot but hides no picture.
 
     Attributes:
+        name: Name in events.
         at_mm: Centre.
         size_mm: Depth along the facing, and width.
         facing_deg: Direction of the front.
+        texture: Image file, or a built-in texture.
         mass_kg: With a mass, the robot can push the box; otherwise it is fixed.
         absorbs: Whether it absorbs ultrasound, as cushions and stuffed toys do.
         present: Whether it is present at the start.
@@ -293,6 +300,7 @@ class Person(Table):
     """A person who comes and goes by events.
 
     Attributes:
+        name: Name in events.
         enters_from_mm: Door where the person appears and disappears.
         radius_mm: Half of the body's width.
         speed_mm_s: Walking speed.

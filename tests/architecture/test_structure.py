@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -100,6 +101,21 @@ def test_messages_of_errors_continue_after_a_colon(trees):
     begun = [message for tree in trees.values() for message in _messages(tree, set(nxtdrive.errors.__all__))]
     assert len(begun) > 100
     assert [each for each in begun if each.split(" ")[0].istitle()] == []
+
+
+@pytest.mark.xdist_group("parsed files")
+def test_no_text_that_a_user_reads_names_a_page_of_the_repository(trees):
+    """An installed nxtdrive has no docs/ and no examples/: help and messages say themselves what to do."""
+    named = []
+    for path, tree in trees.items():
+        if path.relative_to(ROOT).parts[:2] not in (("tools", "dev"), ("tools", "rig")):
+            documentation = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation:
+                    named += [
+                        (path, each) for each in re.findall(r"\S*\b(?:docs|examples|tests)/\w+|\w+\.md\b", node.value)
+                    ]
+    assert named == []
 
 
 def test_every_error_is_found_where_people_look_for_it():

@@ -37,7 +37,7 @@ class Policy:
 """
 
 
-WRONG_RESULT = ". Correct it there; docs/profiles.md says what each method returns."
+WRONG_RESULT = ". Correct it there."
 EXCEPTION = ". Correct it there, or report it to the profile's author."
 BLOCKED = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
 
@@ -118,7 +118,7 @@ def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
     _write(tmp_path, body)
     error = _error()
     assert text.format(file=tmp_path / "mistaken.py") in error
-    assert error.endswith((WRONG_RESULT, EXCEPTION, "docs/profiles.md has the interface."))
+    assert error.endswith((WRONG_RESULT, EXCEPTION, "behaviors.profiles.profile` shows the interface."))
 
 
 def test_a_sentence_is_whole_behind_the_pipe_of_a_worker():

@@ -102,7 +102,7 @@ def measured(method: str, errors: Mapping[str, float], date: datetime.date, **ot
     )
 
 
-HEADING = "# How this robot is built, written by `nxtdrive calibrate`; see docs/calibration.md."
+HEADING = "# How this robot is built, written by `nxtdrive calibrate`. `nxtdrive mission show` lists all keys."
 
 
 def toml_text(file: RobotFile) -> str:

@@ -128,7 +128,7 @@ class Bench:
         word, *arguments = line.split()
         action = self._lines.get(word)
         if action is None:
-            raise NotSupportedOnBench(f"the control line {line!r} is not known; see docs/firmware.md section 0.1")
+            raise NotSupportedOnBench(f"the control line {line!r} is not known; known are {', '.join(self._lines)}")
         try:
             return action(*arguments)
         except (ValueError, TypeError, IndexError, ZeroDivisionError) as error:

@@ -101,7 +101,7 @@ def load(path: Path, firmware: str = "") -> dict[str, Scenario]:
 
 def _record(line: str, place: str) -> dict[str, Any]:
     """Parse a line and check its texts."""
-    remedy = 'Each line is a JSON object with "request" or "control", and "reply" (docs/firmware.md section 0.2).'
+    remedy = 'Each line is a JSON object with "request" or "control", and "reply".'
     try:
         record = {name: "" if value is None else value for name, value in parse_object(line).items()}
     except ValueError as error:

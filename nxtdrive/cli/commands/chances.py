@@ -27,7 +27,7 @@ Count how often the choices of the adaptive profile succeeded in your runs, or i
 the missions of a sweep, and print it next to the chances that the profile had predicted. With
 --out, keep the counts in a file; a mission with chances = "FILE" in its table
 [adaptive] uses them in addition to those that come with nxtdrive. Runs that are in
-a file of counts already are not counted again. docs/adaptive.md explains both."""
+a file of counts already are not counted again."""
 EXAMPLES = """\
   nxtdrive chances runs
   nxtdrive chances runs --out chances.json

@@ -24,7 +24,10 @@ Let an AI assistant that speaks the Model Context Protocol use the robot: it loo
 drives short distances, and starts missions. The assistant starts this command itself
 and talks to it over standard input and output. Without a brick it gets the simulated
 one in real time. It uses the robot.toml in the folder of the missions if no
-other robot file is named. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
+other robot file is named. Needs the extra nxtdrive[mcp].
+
+Most assistants take this entry in their settings:
+  {"mcpServers": {"nxt": {"command": "/path/to/nxtdrive", "args": ["mcp"]}}}"""
 EXAMPLES = """\
   nxtdrive mcp
   nxtdrive mcp --nxt usb:// --camera 0 --max-mm 300
@@ -66,7 +69,10 @@ def run(args: argparse.Namespace) -> int:
         if listener is not None:
             stack.enter_context(_page(assistant, listener))
         if sys.stdin is not None and sys.stdin.isatty():  # a person tries it, and would see nothing
-            write_error("waiting for an assistant on standard input (docs/mcp.md). Ctrl-C ends it.")
+            write_error(
+                "waiting for an assistant, which starts this command itself: `nxtdrive mcp --help` has the entry for "
+                "its settings. Ctrl-C ends it."
+            )
         serve(make_server(assistant), robot)
     if robot.failure:
         raise robot.failure

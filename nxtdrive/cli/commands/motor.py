@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Turn a motor for a time or by an angle, or stop it. A motor that is blocked is
 braked and reported (exit code 1). Afterwards the motor is switched off; if this
-program or the link dies meanwhile, it stops by itself (docs/motion.md)."""
+program or the link dies meanwhile, the brick itself stops it."""
 EXAMPLES = """\
   nxtdrive motor run A --speed 360 --seconds 2
   nxtdrive motor run B --power -60

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Read a sensor once (read) or as fast as the link allows (watch), identify digital
-sensors (identify), or read their registers (registers). KIND is touch, light,
-ambient, sound, sound-dba, ultrasonic, color, temperature, rcx-temperature or
-compass; without it, a digital sensor is identified. Each action sets up the ports
-that it reads; `nxtdrive monitor` leaves those of a running program as they are.
-docs/sensors.md has units and ranges."""
+sensors (identify), or read their registers (registers). KIND is touch, light (with
+its lamp on), ambient (off), sound, sound-dba (all four 0 to 100 %), ultrasonic (0 to
+2540 mm), color, temperature, rcx-temperature (°C) or compass (0 to 359°, clockwise from
+north); without it, a digital sensor is identified. Each action sets up the ports
+that it reads; `nxtdrive monitor` leaves those of a running program as they are."""
 EXAMPLES = """\
   nxtdrive sensor read 4 ultrasonic
   nxtdrive sensor watch 1 touch --every 0.1 --count 20

@@ -19,8 +19,18 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
 DESCRIPTION = """\
 Serve the robot to your own agent, such as one in AgentSpeak: each line is a
-request ("arrive lena"), each reply a small integer. docs/agentspeak.md lists the verbs.
-With "choose" the agent only decides, and the profile does the rest.
+request ("arrive lena"), each reply a small integer.
+
+connect       0 not connected, 1 connected
+arrive NAME   searches, then drives: 0 call it again, 1 arrived, 2 failed
+select        was the target recognised in this search: 0 no, 1 yes
+move_to DEG   turns right and advances once, ten times in all: 0 moving, 1 done
+bye           ends the session, motors off
+stop          stops at once; target NAME, status and why are further verbs
+choose N      takes candidate N of those that `evidence` returns, and lets the
+              profile drive until the next failure: 0 a decision is open,
+              1 all targets are reached, 2 the mission has ended otherwise
+
 One client at a time; when it leaves, the motors stop. A simulated brick runs in
 real time here; with sim://?pace=fast time passes only while a command runs."""
 EXAMPLES = """\

@@ -29,7 +29,7 @@ EXAMPLES = """\
   nxtdrive sim exec --native -- t2n -i
   nxtdrive sim exec --native --firmware 1.32 -- nbc -EF -S=usb -r drive.nxc
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
-  nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05
+  nxtdrive sim check my-brick.jsonl --firmware 1.05
   nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes
   nxtdrive sim record questions.txt --nxt usb:// --out my-brick.jsonl"""
 
@@ -124,7 +124,12 @@ def _add_simulation(parser: argparse.ArgumentParser) -> None:
         default=LATENCY_MS,
         help=f"round trip of the link (default: {LATENCY_MS:g}; cable: 2; radio: 30)",
     )
-    parser.add_argument("--faults", metavar="FILE", type=Path, help="faults to inject on each link (docs/interop.md)")
+    parser.add_argument(
+        "--faults",
+        metavar="FILE",
+        type=Path,
+        help="TOML file of faults to inject on each link, such as drop_replies = [3]; a wrong key names the others",
+    )
 
 
 def _size(text: str) -> tuple[int, int]:

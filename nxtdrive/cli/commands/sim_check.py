@@ -29,7 +29,7 @@ EXAMPLE_LENGTH = 240
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "recording", metavar="FILE.jsonl", type=Path, help="a recording, see docs/firmware.md section 0"
+        "recording", metavar="FILE.jsonl", type=Path, help="a recording, as `nxtdrive sim record` writes it"
     )
     parser.add_argument(
         "--firmware",

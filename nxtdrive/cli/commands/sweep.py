@@ -27,8 +27,8 @@ DESCRIPTION = """\
 Run agents (profiles, baselines and oracles) on the same simulated missions and
 evaluate them by the simulation's ground truth. Missions already in the file are not
 repeated, so the same command with --resume continues an interrupted sweep.
-docs/evaluation.md explains the classes and figures, and how to repeat a mission
-of your own in your own room."""
+SPL is success weighted by path length, SCT success weighted by completion time; a
+wrong stop is an arrival reported where the target is not."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
@@ -63,11 +63,13 @@ def _add_mission_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         choices=list(SUITES),
         default="smoke",
-        help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; reality (the classes "
-        "of docs/reality.md) and hard (flats, people, haste, poor light): 5 seeds, four agents each (default: smoke)",
+        help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; reality "
+        "(imperfect robots) and hard (flats, people, haste, poor light): 5 seeds, four agents each (default: smoke)",
     )
     usual = "(default: the suite's)"
-    parser.add_argument("--classes", metavar="A,B", type=_names, help=f"only these classes of scenarios {usual}")
+    parser.add_argument(
+        "--classes", metavar="A,B", type=_names, help=f"only these classes; a wrong name lists all {usual}"
+    )
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help=f"seeds of each class, both ends included {usual}")
     parser.add_argument(
         "--agents",
@@ -76,7 +78,7 @@ def _add_mission_arguments(parser: argparse.ArgumentParser) -> None:
         dest="profiles",
         metavar="A,B",
         type=_names,
-        help=f"only these agents: profiles, baselines, oracles, package.module:Class (docs/profiles.md) {usual}",
+        help=f"only these agents: profiles, baselines, oracles, package.module:Class; a wrong name lists all {usual}",
     )
     parser.add_argument(
         "--vision",
@@ -283,7 +285,7 @@ def _report(
         print_against(results, other, str(args.against), console)
     write_line(f"{number_of(len(results), 'mission')}; this run took {eval_s:.0f} s")
     if not args.tables:
-        write_line("For all tables add --resume --tables; docs/evaluation.md explains their figures.")
+        write_line("For all tables add --resume --tables.")
 
 
 def _draw_map(args: argparse.Namespace) -> int:

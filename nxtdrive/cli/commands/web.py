@@ -32,15 +32,16 @@ Watch and drive the robot in the browser: camera, map, statechart, missions, and
 pad that works on a phone. Without a brick it opens the simulated one in real time.
 For one robot it uses the robot.toml in the folder of the missions if no other robot
 file is named. Needs the extra nxtdrive[web]. Only this computer can open the page;
-with --lan phones and other computers can too, with the PIN that is printed here. With
---classroom it is a page for a whole classroom (docs/classroom.md)."""
+with --lan phones and other computers can too, with the PIN that is printed here.
+The file of --classroom is TOML: for each robot a table [[robot]] with its name and, if
+it is not simulated, nxt = "usb://0016530A1B2C"; also camera, mission and color."""
 EXAMPLES = """\
   nxtdrive web
   nxtdrive web --nxt usb:// --camera 0
   nxtdrive web --lan
   nxtdrive web --classroom 12            # twelve simulated robots
   nxtdrive web --classroom 12 --mission my-mission.toml     # in its room
-  nxtdrive web --classroom examples/classroom.toml --lan
+  nxtdrive web --classroom classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
 ENDED = "ended; motors off"

@@ -30,10 +30,11 @@ Repeat a simulated mission up to each decision, take every candidate there, and 
 what each would have cost: the mean seconds to the targets that were still open. Each
 candidate is tried in several futures, which differ in their random events. A run of
 a real robot is repeated in a simulated room made from its map. The regret of a decision
-is the cost of its choice beyond that of the best candidate; docs/evaluation.md explains
-how it is estimated without bias. At the end come the mean regret and the share of good
-choices, by the failure before them and together. A decision takes about thirty missions: begin with
---decision, and with fewer --futures."""
+is the cost of its choice beyond that of the best candidate. That is too large, since the
+lowest of several noisy means is too low; so a second regret is printed, for which half
+of the futures select the best candidate and the others give its cost. At the end come
+the mean regret and the share of good choices, by the failure before them and together.
+A decision takes about thirty missions: begin with --decision, and with fewer --futures."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
   nxtdrive what-if flat:7:adaptive --decision 3 --futures 10

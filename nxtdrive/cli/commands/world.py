@@ -20,13 +20,14 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Name the simulated rooms that sim:// opens, check your own, draw one with all its
-objects, or write a commented room to start from. docs/worlds.md has all tables and keys."""
+objects, write a commented room to start from, or list all tables and keys."""
 EXAMPLES = """\
   nxtdrive world list                    # the rooms that come with nxtdrive
   nxtdrive world show arena              # the room of `nxtdrive run`
   nxtdrive world new my-room.toml
   nxtdrive world check my-room.toml
-  nxtdrive world show my-room.toml --out my-room.png"""
+  nxtdrive world show my-room.toml --out my-room.png
+  nxtdrive world keys                    # what a room can have"""
 
 TEMPLATE = "room"
 """The bundled world that a new one starts as."""
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show = add_action(actions, "show", "draw a room: as text, or with --out as an image", _show)
     show.add_argument("file", metavar="FILE", nargs="?", default="arena", help="default: the room of `nxtdrive run`")
     show.add_argument("--out", metavar="IMAGE", type=Path, help="a PNG or JPEG file to write")
+    add_action(actions, "keys", "list all tables and keys of a world file, with defaults and meaning", _keys)
     new = add_action(actions, "new", "write a commented world file", _new)
     new.add_argument("file", metavar="FILE", type=new_file, help="a new file, such as my-room.toml")
     new.add_argument("--force", action="store_true", help="overwrite a file that exists")
@@ -53,6 +55,13 @@ def _list(_args: argparse.Namespace) -> int:
 
     for name in world_names():
         write_line(f"{name:<12} {load_world(name).title}")
+    return DONE
+
+
+def _keys(_args: argparse.Namespace) -> int:
+    from nxtdrive.cli.views.world_keys import world_keys
+
+    write_text(world_keys())
     return DONE
 
 

@@ -27,7 +27,7 @@ _HEAD = """\
 [mission]
 name = {title}
 targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
-profile = "adaptive"       # weighs what to do after a failure; "thesis" follows fixed rules (docs/thesis.md)
+profile = "adaptive"       # weighs what to do after a failure; "thesis" follows fixed rules
 # rounds = 1               # maximum number of rounds through the list, unless [adaptive] has more
 # time_limit_s = 600       # end after this time, whatever has been reached
 

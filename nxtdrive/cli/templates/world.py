@@ -28,7 +28,7 @@ UNLIKELY_MM = 60.0
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
 # Lengths in mm, times in s, angles in degrees clockwise: 0 points to the right of the map, 90 down.
-# The map has x to the right and y down. docs/worlds.md has all tables and keys.
+# The map has x to the right and y down. `nxtdrive world keys` lists all tables and keys.
 title = {title}
 
 [floor]

@@ -24,7 +24,7 @@ MIN_TURN = 1.0
 """Minimum product of neighbouring sides, square pixels, whatever the direction."""
 FAR_PX = 1_000_000
 """A box or corner beyond this, in pixels, is invalid."""
-REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
+REMEDY = "Ask its author, or use another; `python -m pydoc nxtdrive.vision.detection` shows what one has."
 FAILED_REMEDY = f"-v shows the traceback for its author. {REMEDY}"
 SIDES = {2: "wide", 3: "high"}
 """What a box is, by the place of its size."""

@@ -57,6 +57,16 @@ def test_the_pages_fragments_fit_into_its_example(fragment):
     parse_world(tomllib.loads(EXAMPLE + fragment), Path("example.toml"))
 
 
+def test_all_tables_and_keys_are_listed_with_their_defaults(printed):
+    said = printed("world", "keys")
+    assert re.search(r"^\[\[boxes\]\]  A box on the floor", said, re.MULTILINE)
+    assert re.search(r"^  absorbs +false +Whether it absorbs ultrasound", said, re.MULTILINE)
+    assert re.search(r"^  at_mm +required +Centre\.", said, re.MULTILINE)
+    assert re.search(r"^  left_port +\"B\" +Output port", said, re.MULTILINE)
+    tables = re.findall(r"^\| `\[+([\w.]+)\]+` \|", PAGE, re.MULTILINE)
+    assert set(tables) <= {re.sub(r"[\[\]]", "", each) for each in re.findall(r"^(\[\S+)", said, re.MULTILINE)}
+
+
 def test_a_room_is_overwritten_only_with_force(refused):
     Path("room.toml").write_text("mine", encoding="utf-8")
     assert "room.toml exists already" in refused("world", "new", "room.toml")

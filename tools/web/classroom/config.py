@@ -169,7 +169,7 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
     if "mission" in tables:
         raise ConfigError(
             f"{path} is a mission file, not a classroom.",
-            remedy="Choose the mission on the page; docs/classroom.md describes the file of a classroom.",
+            remedy="Choose the mission on the page; a classroom has a table [[robot]] for each robot, or is a number.",
         )
     file, problems = check(ClassroomFile, tables)
     found = [*map(_sentence, problems), *(_wrong_number(file) if file else ())]
