@@ -46,7 +46,7 @@ MISSION = '[mission]\nname = "shown"\ntargets = ["{}"]\n'
 LENA = '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
 
 ELSEWHERE = {
-    "docs/evaluation.md": "tests/tools/sweep/test_sweep_document.py",
+    "docs/sweep.md": "tests/tools/sweep/test_sweep_document.py",
     "docs/first-mission.md": "tests/architecture/test_document_outputs.py",
     "docs/gym.md": "tests/nxtdrive/gym/test_gym.py",
     "docs/journal.md": "tests/nxtdrive/recording/test_journal_csv.py",

@@ -1,4 +1,4 @@
-"""The keys of a sweep's lines are those that docs/evaluation.md explains, and its lines of Python read them."""
+"""The keys of a sweep's lines are those that docs/sweep.md explains, and its lines of Python read them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from nxtdrive.cli.main import DONE, main
 from nxtdrive.tools.sweep.task import Task, failed
 from sim_backend.bundled import PICTURES
 
-SECTION = re.compile(r"^### The keys of a line\n(.*?)^### ", re.DOTALL | re.MULTILINE)
+SECTION = re.compile(r"^## The keys of a line\n(.*?)^## ", re.DOTALL | re.MULTILINE)
 ROW = re.compile(r"^\| (`.*?`) \|", re.MULTILINE)
-PAGE = Path(__file__).parents[3] / "docs" / "evaluation.md"
+PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +50,7 @@ def test_the_documented_lines_read_it_by_pandas(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     program = re.search(r"```python\n(.*?)```", _section(), re.DOTALL)[1]
     names: dict[str, object] = {}
-    exec(compile(program, "docs/evaluation.md", "exec"), names)
+    exec(compile(program, "docs/sweep.md", "exec"), names)
     assert len(names["targets"]) == 4
     assert "wrong_stops" in capsys.readouterr().out
 
@@ -59,10 +59,10 @@ def test_the_documented_program_repeats_a_mission_with_several_profiles(here, ca
     pytest.importorskip("pandas")
     shutil.copy(PICTURES / "fox.png", "my-cat.jpg")
     assert main(["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]) == DONE
-    section = re.search(r"^### Your own mission.*?```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+    section = re.search(r"^## Your own mission.*?```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
     program = section[1].replace("range(5)", "range(2)")
     names: dict[str, object] = {}
-    exec(compile(program, "docs/evaluation.md", "exec"), names)
+    exec(compile(program, "docs/sweep.md", "exec"), names)
     assert len(names["repeated"]) == 4
     assert names["repeated"].groupby("profile")["time_s"].mean().nunique() == 2
     assert "adaptive" in capsys.readouterr().out
