@@ -9,7 +9,7 @@ EDGE_MM = 400.0
 FACINGS = 8
 """Directions in which a picture may face."""
 HALF_SLANT_DEG = 52.0
-"""A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md section 1.2, 45 and 60
+"""A picture seen more obliquely is found in less than half of the looks. Source: docs/ranges.md section 1.2, 45 and 60
 degrees to the side."""
 SLANT_WIDTH_DEG = 5.0
 """How gradually; the grid of facings is coarse."""

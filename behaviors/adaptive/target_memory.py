@@ -21,10 +21,10 @@ from behaviors.pose_history import PoseHistory
 
 RANGE_HEIGHTS = {"picture": 17.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
 OTHER_RANGE_HEIGHTS = 12.0
-"""A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
+"""A detector finds its target up to this many times the target's height away. Source: docs/ranges.md section 1.2."""
 
 FARTHEST_MM = 4500.0
-"""No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section 1.2, from the
+"""No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/ranges.md section 1.2, from the
 front."""
 HALF_VIEW_SHARE = 0.42
 """A target nearer to the frame's edge than this share of the field of view is partly outside."""

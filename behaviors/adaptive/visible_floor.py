@@ -66,7 +66,7 @@ MOVED_MM = 100.0
 TURNED_DEG = 10.0
 """After a comparison the robot has to drive or to turn this far for another one."""
 RAY_SD_DEG = 0.15
-"""Standard deviation of one ray's angle. Source: docs/vision.md section 3."""
+"""Standard deviation of one ray's angle. Source: docs/ranges.md section 3."""
 ERROR_MM = 200.0
 """Distances that may be wrong by more than this are not used."""
 FARTHEST_USED_MM = 3000.0

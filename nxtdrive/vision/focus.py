@@ -12,7 +12,7 @@ from nxtdrive.vision.cut_off import marked
 from nxtdrive.vision.detection import Box, Detection, Detector, Image, quad_of
 
 TARGET_HEIGHT_PX = 80
-"""Larger targets are shrunk to this height before detection; all detectors work well there (docs/vision.md)."""
+"""Larger targets are shrunk to this height before detection; all detectors work well there (docs/ranges.md)."""
 
 MARGIN = 0.7
 """Margin of the crop around the old box on each side, as a share of the box's larger side."""

@@ -3,7 +3,7 @@
 The method is that of Ulrich and Nourbakhsh, "Appearance-based obstacle detection with monocular color vision" (AAAI
 2000): the colours are learned from the lower edge of frames in which the floor ahead is free; from there upwards, a
 column of a frame shows floor until its pixels have other colours. Whether it was free may be known only later, once the
-robot has driven there, so the lower edges of recent frames are kept. `docs/vision.md` section 3 has what it is worth.
+robot has driven there, so the lower edges of recent frames are kept. `docs/ranges.md` section 3 has what it is worth.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ class FloorModel:
 
 
 FLOOR_MODEL = FloorModel(0.75, frozenset({"cardboard", "carton", "crate", "wood"}), 0.004)
-"""On the floor of all simulated rooms, oak. Source: docs/vision.md section 3."""
+"""On the floor of all simulated rooms, oak. Source: docs/ranges.md section 3."""
 
 
 class GeometricFloor:

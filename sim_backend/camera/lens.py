@@ -1,6 +1,6 @@
 """Webcam imperfections: exposure, softness, motion blur, noise, compression.
 
-These effects decide whether a detector still finds its target (`docs/vision.md` section 1.4). Lens distortion and
+These effects decide whether a detector still finds its target (`docs/ranges.md` section 1.4). Lens distortion and
 rolling shutter are in `sim_backend.camera.optics`.
 """
 

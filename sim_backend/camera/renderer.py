@@ -2,7 +2,7 @@
 
 For an upright rectangle the inverse depth is linear in the image column and constant along each column. One row vector
 per panel therefore decides occlusion exactly, and one perspective warp paints the visible part. It needs only OpenCV
-and numpy, and gives the same result on every computer. `docs/vision.md` section 2 compares it with 3D engines.
+and numpy, and gives the same result on every computer. `docs/ranges.md` section 2 compares it with 3D engines.
 """
 
 from __future__ import annotations

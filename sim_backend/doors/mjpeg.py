@@ -26,7 +26,7 @@ LOG = logging.getLogger(__name__)
 STREAM = "/camera.mjpg"
 BOUNDARY = "frame"
 JPEG_QUALITY = 80
-"""Typical of webcams; the detectors were measured at this quality (docs/vision.md)."""
+"""Typical of webcams; the detectors were measured at this quality (docs/ranges.md)."""
 
 VIEWER_LIMIT = 16
 """Viewers at a time; a further one is answered 503."""

@@ -21,7 +21,7 @@ RAYS = 7
 NEAREST_MM, FARTHEST_MM = 30.0, 2550.0
 """Range of the ultrasonic sensor; 255 cm means "no echo". Source: LEGO's hardware developer kit."""
 VIEW_RANGE_MM = 3000.0
-"""Pictures beyond this distance do not count as visible. Source: docs/vision.md, A4 at 320 x 240."""
+"""Pictures beyond this distance do not count as visible. Source: docs/ranges.md, A4 at 320 x 240."""
 FRAME_ASPECT = 3 / 4
 """Height of a frame over its width."""
 VIEW_ANGLE_DEG = 55.0

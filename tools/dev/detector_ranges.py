@@ -3,7 +3,7 @@
     python -m tools.dev.detector_ranges [--size 320x240] [--frames 20] [--slant 30] [--photo face.jpg ...]
 
 Each frame shows a room of its own: walls, boxes and pictures that are not the target at random places, the target at
-the given distance and up to 12 degrees to the side, sensor noise, JPEG. The tables of docs/vision.md come from here.
+the given distance and up to 12 degrees to the side, sensor noise, JPEG. The tables of docs/ranges.md come from here.
 """
 
 from __future__ import annotations

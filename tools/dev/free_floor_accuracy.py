@@ -4,7 +4,7 @@
 
 Each room has one floor, one wall and boxes or persons of one texture; all combinations take turns. The detector learns
 as it does on a robot: from frames with nothing within the sonar's 700 mm. The true end of the floor comes from the
-same view at twice the resolution, with a flat colour for each kind of surface. The tables of docs/vision.md section 3
+same view at twice the resolution, with a flat colour for each kind of surface. The tables of docs/ranges.md section 3
 come from here.
 """
 

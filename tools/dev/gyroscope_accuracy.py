@@ -3,7 +3,7 @@
     python -m tools.dev.gyroscope_accuracy [--rooms 60] [--places 4] [--seed 1]
 
 The rooms are those of `free_floor_accuracy`. At each place the camera takes two frames, 0.1 s apart, while the robot
-turns about its axle or drives. The last column is what geometric vision simulates. The table of docs/vision.md section
+turns about its axle or drives. The last column is what geometric vision simulates. The table of docs/ranges.md section
 4 comes from here.
 """
 

@@ -5,7 +5,7 @@
 
 For every print and condition: the range, which is the distance up to which the print is found at its place in 90 % of
 the frames. Each condition is applied to the same rendered frames, so that only the condition differs. The tables of
-docs/vision.md come from here.
+docs/ranges.md come from here.
 """
 
 from __future__ import annotations

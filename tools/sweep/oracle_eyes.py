@@ -28,7 +28,7 @@ SPACING_MM = 400.0
 FACINGS_DEG = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 """Directions in which a picture may face."""
 RANGE_MM, SLANT_DEG = 1900.0, 50.0
-"""A scan shows a picture 200 mm high up to this distance and up to this slant. Source: docs/vision.md
+"""A scan shows a picture 200 mm high up to this distance and up to this slant. Source: docs/ranges.md
 section 1.2."""
 WHOLE_TURN_DEG = 380.0
 """With an overlap, since a sighting needs several frames to be confirmed."""

@@ -33,7 +33,7 @@ QR_MARGIN = 3
 ENCODER_MARGIN = 2
 """White modules that OpenCV's encoder adds."""
 QR_RANGE = 5.0
-"""Heights from which a code of a short text is read in frames of 320x240. Source: docs/vision.md."""
+"""Heights from which a code of a short text is read in frames of 320x240. Source: docs/ranges.md."""
 LONGEST_NAME = 30
 """Characters of a code's text that name its target and its files."""
 MODULE_PX = 40

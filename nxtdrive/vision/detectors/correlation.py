@@ -5,7 +5,7 @@ too. The third compares the best of them with the picture *in colour* at the fra
 counts.
 
 Correlation tolerates blur, noise, bad light, glare and a rolled camera, but not occlusion; there
-`nxtdrive.vision.detectors.features` takes over. Measurements are in docs/vision.md.
+`nxtdrive.vision.detectors.features` takes over. Measurements are in docs/ranges.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Find a picture by its features: SIFT keypoints, a homography, and a comparison of the rectified picture.
 
 It finds what correlation misses: a picture turned far in its plane, partly covered, or seen from far to the side. It
-needs texture and about 55 pixels of height, and fails in blur and poor light. Measured in docs/vision.md.
+needs texture and about 55 pixels of height, and fails in blur and poor light. Measured in docs/ranges.md.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ SCALE_FACTOR = 1.1
 """Ratio of successive sizes."""
 
 MIN_NEIGHBOURS = 3
-"""Overlapping hits that make a detection. Source: docs/vision.md; fewer see no farther and find faces in wallpaper."""
+"""Overlapping hits that make a detection. Source: docs/ranges.md; fewer see no farther and find faces in wallpaper."""
 
 HITS_FOR_FULL_SCORE = 10
 """Overlapping hits from which on the score is 1; with fewer it is their share of these."""
@@ -51,7 +51,7 @@ CONFIRMED_BY = {
     "haarcascade_frontalface_alt_tree": ConfirmingCascade(1.02, 1, (0.0, 6.0, -6.0)),
 }
 """All others of these must confirm its hits: cascades that were trained apart rarely take the same pattern for a face.
-The last one rarely does at all, but misses rolled faces. Source: docs/vision.md 1.4."""
+The last one rarely does at all, but misses rolled faces. Source: docs/ranges.md 1.4."""
 
 CONFIRMED_PX = 56
 """Width to which a hit is scaled for that; the cascades were trained at 20 and 24 pixels."""

@@ -1,7 +1,7 @@
 """Predict how far the `picture` detector will see a print, and say why not farther.
 
 The detector itself is tried on small frames that show the picture smaller and smaller, as a webcam would: softened, dim
-and with noise. What limits it is then measured on the photograph. docs/vision.md shows how well this predicts the
+and with noise. What limits it is then measured on the photograph. docs/ranges.md shows how well this predicts the
 ranges in rendered rooms.
 """
 

@@ -2,7 +2,7 @@
 
 Coarse features are matched by accident: a dark object in front of a bright wall resembles every such picture, and a
 picture of few waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture
-has its own threshold, at each height at which it is compared. Source of the constants: docs/vision.md, 1.7.
+has its own threshold, at each height at which it is compared. Source of the constants: docs/ranges.md, 1.7.
 """
 
 from __future__ import annotations
