@@ -174,7 +174,7 @@ class SimWorld:
         facing_deg: float | None = None,
         after_s: float = 0.0,
     ) -> Self:
-        """Have a picture, box or person of this world stand somewhere, or bring in one of the built-in pictures.
+        """Move a picture, box or person of this world to a place, or add one of the built-in pictures.
 
         Args:
             name: Of the object or picture.
@@ -202,7 +202,7 @@ class SimWorld:
         y_mm: float | None = None,
         size_mm: tuple[float, float] = (210.0, 297.0),
     ) -> Self:
-        """Bring in a picture file, facing the robot."""
+        """Add a picture file, facing the robot."""
         path = Path(file)
         if not path.is_file():
             raise ConfigError(f"there is no picture {path.name} in {path.absolute().parent}.")
@@ -221,7 +221,7 @@ class SimWorld:
         facing_deg: float = 0.0,
         mass_kg: float | None = None,
     ) -> Self:
-        """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall.
+        """Add a box; with a mass the robot can push it, without one it is fixed like a wall.
 
         Raises:
             ConfigError: The name is taken, a value is out of range, or the place is outside the room or on the robot.
@@ -232,7 +232,7 @@ class SimWorld:
         )
 
     def put_person(self, name: str, *, x_mm: float, y_mm: float | None = None) -> Self:
-        """Bring in a standing person, who can `walk`."""
+        """Add a standing person, who can `walk`."""
         self._add(Person, name=name, enters_from_mm=self._inside(x_mm, y_mm))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 

@@ -1,4 +1,4 @@
-"""Arguments of the commands that serve a page, or drive a robot for others, and the extra that they need."""
+"""Arguments of the commands that let pages or assistants drive a robot, and the extra that they need."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PORT = 7080
 
 
 def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
-    """Declare the arguments of a program that drives a robot for others; `folder` describes ``--folder``."""
+    """Declare the arguments of a program that lets others drive a robot; `folder` describes ``--folder``."""
     add_brick_arguments(parser)
     add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")

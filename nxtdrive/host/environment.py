@@ -19,7 +19,7 @@ def install_extra(extra: str) -> str:
     """Return a shell command that installs the requirements of an optional part of nxtdrive, such as ``tui``."""
     try:
         distribution("nxtdrive")
-    except PackageNotFoundError:  # run in a checkout without installation; the name may be another's elsewhere
+    except PackageNotFoundError:  # run in a checkout without installation, so pip would look for the name elsewhere
         return pip_command("install", f"{CHECKOUT}[{extra}]")
     return pip_command("install", f"nxtdrive[{extra}]")
 
@@ -48,11 +48,11 @@ def pip_command(*words: str) -> str:
     Args:
         words: Such as ``"install", "textual"``.
     """
-    if PathFinder.find_spec("pip"):  # importlib.util's asks setuptools's hook, too, which warns
+    if PathFinder.find_spec("pip"):  # importlib.util.find_spec also calls setuptools's hook, which warns
         command = [sys.executable, "-m", "pip", *words]
     elif _made_by_uv():
         command = ["uv", "pip", words[0], "--python", sys.executable, *words[1:]]
-    else:  # of an environment made --without-pip: the Python that made it has pip
+    else:  # an environment made --without-pip: the Python that made it has pip
         maker = getattr(sys, "_base_executable", "") or "python3"
         command = [maker, "-m", "pip", "--python", sys.executable, *words]
     if os.name == "nt":

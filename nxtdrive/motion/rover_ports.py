@@ -1,4 +1,4 @@
-"""The ports of a rover: its sensors, each of the right kind, and no port for two of them."""
+"""Check a rover's ports: each sensor is of the right kind, and no port is used twice."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class SensorStuck(NXTError):
-    """What a sensor reports cannot be."""
+    """A sensor reports something impossible."""
 
 
 SENSOR_ERRORS = (BrickError, SensorTimeout, SensorStuck)

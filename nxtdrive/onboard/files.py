@@ -69,8 +69,9 @@ class FileEntry:
 class Files:
     """The files on a brick. May be used from several threads; operations wait for each other.
 
-    A handle that a silent brick could not be asked to close is closed before the next operation. If the link is lost
-    during an operation over Bluetooth, its handle stays open until the brick is switched off; over USB it is closed.
+    A handle that could not be closed, since the brick did not answer, is closed before the next operation. If the link
+    is lost during an operation over Bluetooth, its handle stays open until the brick is switched off; over USB it is
+    closed.
 
     Args:
         link: The link to the brick.

@@ -48,7 +48,7 @@ ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 SEND_TIMEOUT_MS = 1000
 LOOK_EVERY_S = 1.0
 LOOK_MS = 1
-"""Interval of checks for surplus packets, and how long a check takes; USB itself delivers each packet once."""
+"""Interval and duration of checks for surplus packets; rare, since USB itself delivers each packet once."""
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 

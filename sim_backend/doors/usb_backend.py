@@ -139,7 +139,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
             _fail(errno.EINVAL)
 
     def get_configuration(self, dev_handle: Handle) -> int:  # noqa: ARG002
-        """Set by the operating system when the brick was connected."""
+        """Return the number of the only configuration, which the operating system has set."""
         return int(CONFIGURATION.bConfigurationValue)
 
     def set_interface_altsetting(self, dev_handle: Handle, intf: int, altsetting: int) -> None:  # noqa: ARG002

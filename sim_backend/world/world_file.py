@@ -65,7 +65,7 @@ class Floor(Table):
 
     @property
     def is_tiny(self) -> bool:
-        """Whether it has hardly a place to drive to; in centimetres it would be a usual room."""
+        """Whether it is too small to drive in; its size was probably meant in another unit."""
         return max(self.size_mm) <= TINY_ROOM_MM
 
     @field_validator("size_mm")

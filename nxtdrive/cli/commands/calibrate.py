@@ -51,7 +51,7 @@ CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
 SHEET_ROOM, COLORS_ROOM, RULER_ROOM = "calibration", "colors", "empty"
 """Rooms of sim://: one with a sheet, one for colours, and one where the robot can drive a metre ahead."""
 SPACE_BYTES = 16_000
-"""Free space that is asked for: a robot file and the copy of the one before have some kilobytes."""
+"""Free space that is required: a robot file and the copy of the previous one take some kilobytes."""
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
     "Is it one metre in front of the sheet, with free floor all around?"

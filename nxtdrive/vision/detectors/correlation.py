@@ -1,6 +1,6 @@
 """Find a picture by correlation: proposals on a grey pyramid, their alignment, then a check in colour.
 
-The first stage proposes places freely. The second aligns all of them at once with the picture, which finds their roll,
+The first stage proposes many places. The second aligns all of them at once with the picture, which finds their roll,
 too. The third compares the best of them with the picture *in colour* at the frame's own resolution; only its score
 counts.
 

@@ -1,7 +1,7 @@
 """Propose where a picture may be: small grey templates slide over the levels of a frame's pyramid.
 
 Each level halves the frame, so a few template heights cover every size from 14 pixels to larger than the frame, and
-most of the cost is that of the finest level. It proposes freely: a few grey pixels match much.
+most of the cost is that of the finest level. Many proposals are wrong, since a few grey pixels match many places.
 """
 
 from __future__ import annotations

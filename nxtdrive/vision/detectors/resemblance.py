@@ -88,7 +88,7 @@ def resemblance(
 
 
 def _exposed(seen: NDArray[np.float32], picture: NDArray[np.float32], where: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the picture with the gains and the haze of the frame, cut at white; black where no camera shows it so."""
+    """Return the picture with the gains and the haze of the frame, cut at white; black if no camera has such gains."""
     expected, lit = picture, where[:, :, None] & (seen < CUT)
     for _ in range(FITS if lit.mean() < HARDLY_CUT * where.mean() else 1):
         measured = _measured(seen, picture, lit)
@@ -104,7 +104,7 @@ def _exposed(seen: NDArray[np.float32], picture: NDArray[np.float32], where: NDA
 def _measured(
     seen: NDArray[np.float32], picture: NDArray[np.float32], lit: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.floating[Any]]] | None:
-    """Return gain and offset of each channel, measured on the values that are `lit`; 0 if no camera shows them so."""
+    """Return gain and offset of each channel, measured on the values that are `lit`; 0 if no camera has such gains."""
     shares = lit.mean(axis=(0, 1))
     weights = lit.astype(np.float32)
     lit_picture = weights * picture
