@@ -276,6 +276,8 @@ class Perception:
             if self.sonar.silent and not self.sonar.stuck:
                 speed_mm_s *= SILENT_SHARE
             speed_mm_s = min(speed_mm_s, self._step_limit_mm_s)
+        if self._slip is not None:
+            speed_mm_s, turn_deg_s = self._slip.compensated(speed_mm_s, turn_deg_s)
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE
         self.context.watch.update(stop, {"range_mm": self._range_mm})

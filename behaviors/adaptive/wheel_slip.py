@@ -3,7 +3,8 @@
 A wheel may slip for minutes, on dust or with a cable under it; the robot then drives in circles while, by odometry, it
 drives straight. How far the camera turned from frame to frame is compared with how far the wheels say. Once they
 differ by more than errors explain, the pose follows the camera. Where a frame is blurred, it follows the wheels, less
-the share of its way that the wheel lost lately. Both end when camera and wheels agree again.
+the share of its way that the wheel lost lately, and that wheel turns faster. All this ends when camera and wheels agree
+again.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ LEAST_SHARE = 0.07
 MAX_LOST_SHARE = 0.85
 """A wheel loses no more than this share of its way; what it cannot explain is something that moves before the camera, a
 robot that is carried, or motors that are exchanged."""
+MOST_MORE = 1.0
+"""A wheel that slips turns no more than twice as fast to make up for it."""
 DISTRUST_S = 30.0
 """Then the frames are not believed for this time."""
 KEPT_SHARE = 0.97
@@ -113,6 +116,18 @@ class WheelSlip:
         """Which wheel slips or slipped, which share of its way it lost, 0..1, and for how long."""
         slipped_s = self._intervals[-1].end_s - self._begun_s
         return {"wheel": NAMES[self._wheel], "lost_share": self._share, "slipped_s": slipped_s}
+
+    def compensated(self, speed_mm_s: float, turn_deg_s: float) -> tuple[float, float]:
+        """Return how to drive forward so that the robot moves like this, with a wheel that loses a share of its way.
+
+        A turn on the spot stays one, since the safety stop may hold a robot that drives forward.
+        """
+        if not self.slips or speed_mm_s <= 0.0:
+            return speed_mm_s, turn_deg_s
+        side = 1 if self._wheel == LEFT else -1
+        wheel_mm_s = speed_mm_s + side * self._degree_mm * turn_deg_s / 2
+        more_mm_s = wheel_mm_s * min(self._share / (1.0 - self._share), MOST_MORE)
+        return speed_mm_s + more_mm_s / 2, turn_deg_s + side * more_mm_s / self._degree_mm
 
     def restart(self) -> None:
         """Begin again after the pose was corrected by others."""

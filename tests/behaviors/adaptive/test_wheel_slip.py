@@ -120,6 +120,30 @@ def test_the_pose_follows_the_camera_while_a_wheel_slips(wheel, lost_share, meas
     assert robot.believed.distance_mm_to(robot.true) < 0.1 * driven_mm
 
 
+@pytest.mark.parametrize("wheel", ["left", "right"])
+@pytest.mark.parametrize("speeds", [(150.0, 0.0), (120.0, 20.0), (120.0, -20.0)])
+def test_the_wheel_that_slips_turns_faster_so_that_the_robot_drives_as_it_should(wheel, speeds):
+    robot = Robot(lost=(0.4, 0.0) if wheel == "left" else (0.0, 0.4))
+    robot.drive([FORWARD] * 40)
+    begin = robot.true
+    for _ in range(20):
+        speed_mm_s, turn_deg_s = robot.slip.compensated(*speeds)
+        arc_mm_s = math.radians(turn_deg_s) * TRACK_MM / 2
+        robot.drive([(speed_mm_s + arc_mm_s, speed_mm_s - arc_mm_s)])
+    duration_s = 20 * STEP_S
+    assert robot.true.heading_deg - begin.heading_deg == pytest.approx(speeds[1] * duration_s, abs=6.0)
+    assert robot.true.distance_mm_to(begin) == pytest.approx(speeds[0] * duration_s, rel=0.05)
+
+
+def test_a_turn_on_the_spot_and_a_robot_that_grips_are_driven_as_they_are():
+    robot = Robot()
+    assert robot.slip.compensated(150.0, 10.0) == (150.0, 10.0)
+    robot.lost = (0.4, 0.0)
+    robot.drive([FORWARD] * 40)
+    assert robot.slip.compensated(0.0, 45.0) == (0.0, 45.0)
+    assert robot.slip.compensated(-60.0, 0.0) == (-60.0, 0.0)
+
+
 def test_a_slip_in_a_turn_on_the_spot_is_noticed_where_it_is_large():
     robot = Robot()
     robot.drive(COURSE)
