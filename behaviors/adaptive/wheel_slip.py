@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
@@ -195,19 +195,32 @@ class WheelSlip:
         self._misfits = [KEPT_SHARE * old + interval.off_deg(lag) ** 2 for lag, old in enumerate(self._misfits)]
         self._lag = self._misfits.index(min(self._misfits))
 
-    def _begin(self) -> SlipCorrection:
+    def _begin(self) -> SlipCorrection | None:
         """Find out since when the wheel slips: the time over which a slip explains most."""
-        self.slips, self._begun_s = True, self._intervals[-1].end_s
-        self._products, self._squares, since, most = np.zeros(2), np.zeros(2), 0, 0.0
-        products, squares = self._products, self._squares
+        sums, since, most = (np.zeros(2), np.zeros(2)), 0, 0.0
+        best = sums
         for number in reversed(range(len(self._intervals))):
-            products, squares = self._learned(self._intervals[number], products, squares)
-            explained = float(_explained(products, squares).max())
+            sums = self._learned(self._intervals[number], *sums)
+            explained = float(_explained(*sums).max())
             if explained > most:
-                self._products, self._squares, most, since = products, squares, explained, number
+                best, since, most = sums, number, explained
+        intervals = deque(islice(self._intervals, since, None))
+        if self._are_exchanged(intervals, most):
+            return None
+        self.slips, self._begun_s, self._intervals = True, self._intervals[-1].end_s, intervals
+        self._products, self._squares = best
         self._estimate()
-        self._intervals = deque(islice(self._intervals, since, None))
         return self._corrected(self._sum(self._missed_deg))
+
+    def _are_exchanged(self, intervals: Iterable[_Interval], explained: float) -> bool:
+        """Return whether exchanged motors, with which a robot turns the other way, explain the turns better."""
+        seen = [each for each in intervals if each.seen_deg is not None]
+        slipping = sum(each.off_deg(self._lag) ** 2 for each in seen) - explained
+        exchanged = (
+            sum((each.off_deg(lag) - 2.0 * sum(each.whole_deg[lag])) ** 2 for each in seen)
+            for lag in range(len(LAGS_S))
+        )
+        return min(exchanged) < slipping
 
     def _end(self) -> SlipCorrection:
         """Take back what was guessed since the wheel grips: the time in which the turns agree best."""
