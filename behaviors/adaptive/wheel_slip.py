@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import islice
+from statistics import fmean
 from typing import NamedTuple
 
 import numpy as np
@@ -109,13 +110,14 @@ class WheelSlip:
         self._lag = 0
         self._products, self._squares = np.zeros(2), np.zeros(2)
         self._wheel, self._share = LEFT, 0.0
+        self._shares: list[float] = []
         self._begun_s = self._distrusted_until_s = -math.inf
 
     @property
     def evidence(self) -> Measured:
-        """Which wheel slips or slipped, which share of its way it lost, 0..1, and for how long."""
+        """Which wheel slips or slipped, which share of its way it lost on average, 0..1, and for how long."""
         slipped_s = self._intervals[-1].end_s - self._begun_s
-        return {"wheel": NAMES[self._wheel], "lost_share": self._share, "slipped_s": slipped_s}
+        return {"wheel": NAMES[self._wheel], "lost_share": fmean(self._shares), "slipped_s": slipped_s}
 
     def compensated(self, speed_mm_s: float, turn_deg_s: float) -> tuple[float, float]:
         """Return how to drive forward so that the robot moves like this, with a wheel that loses a share of its way.
@@ -209,6 +211,7 @@ class WheelSlip:
             return None
         self.slips, self._begun_s, self._intervals = True, self._intervals[-1].end_s, intervals
         self._products, self._squares = best
+        self._shares.clear()
         self._estimate()
         return self._corrected(self._sum(self._missed_deg))
 
@@ -247,6 +250,7 @@ class WheelSlip:
         self._wheel = int(_explained(self._products, self._squares).argmax())
         share = self._products[self._wheel] / max(self._squares[self._wheel], TINY)
         self._share = min(max(0.0, float(share)), MAX_LOST_SHARE)
+        self._shares.append(self._share)
 
     def _missed_deg(self, interval: _Interval) -> float:
         """Return how much farther to the right the robot turned than the wheels say; a guess if no frame shows it."""
