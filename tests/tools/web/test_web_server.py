@@ -102,7 +102,7 @@ def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     assert hello["proposed"] == ""
     assert hello["profiles"] == ["thesis", "adaptive"]
     regions = {region["state"]: {each["state"] for each in region["inner"]} for region in hello["chart"]["regions"]}
-    assert {"mission", "equipment", "safety", "camera", "floor_map"} == set(regions)
+    assert {"mission", "equipment", "safety", "camera", "floor_map", "wheels"} == set(regions)
     assert all(first in states for first, states in zip(hello["chart"]["initial"], regions.values(), strict=True))
     assert hello["chart"]["words"].keys() >= set().union(regions, *regions.values())
     assert set(hello["recoveries"]) >= {"wait", "detour"}
