@@ -113,18 +113,6 @@ class Sighting:
     lower_deg: float | None = None
 
 
-class CameraTurn(NamedTuple):
-    """How far the camera turned between two frames, by the frames alone.
-
-    Attributes:
-        since_s: When the first one was taken, on the mission's clock.
-        turned_deg: Positive right.
-    """
-
-    since_s: float
-    turned_deg: float
-
-
 @dataclass(frozen=True, slots=True)
 class Glimpse:
     """The targets that one frame showed.
@@ -133,13 +121,14 @@ class Glimpse:
         time_s: When the frame was taken, on the mission's clock.
         seen: The targets confirmed in it, by name.
         unconfirmed: Names of the targets detected in it that another frame has to confirm.
-        turn: How far the camera turned since the frame of the glimpse before; None where the frames do not show it.
+        turned_deg: How far the camera turned since the frame of the glimpse before, positive right, by the frames
+            alone; None where they do not show it.
     """
 
     time_s: float
     seen: Mapping[str, Sighting]
     unconfirmed: frozenset[str] = frozenset()
-    turn: CameraTurn | None = None
+    turned_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,15 +31,15 @@ LONGEST_S = 0.4
 ERROR_DEG, ERROR_SHARE = 8.0, 0.15
 """Turns that differ by this, plus this share of them, agree: fields of view and tracks are known to about 15 %."""
 LAGS_S = (0.0, 0.15, 0.3, 0.45)
-"""A frame may be older by this than its time says. The age counts with which camera and wheels agree best."""
+"""A frame may be older than its time says by one of these; the one with which camera and wheels agree best is used."""
 GRIP_SHARE, SLIP_SHARE = 0.35, 0.65
 """Once it is known how much a wheel loses when it slips, that makes turns differ by a known angle. If errors do not
 explain so much, the wheel grips where they differ by less than the first share of it, and slips from the second on."""
 LEAST_SHARE = 0.07
 """It also grips when it loses less than this share of its way."""
 MAX_LOST_SHARE = 0.85
-"""A wheel loses no more than this share of its way; what it cannot explain is something that moves before the camera, a
-robot that is carried, or motors that are exchanged."""
+"""A wheel loses no more than this share of its way. A larger difference has another cause: something moves in front of
+the camera, the robot is carried, or the motors are exchanged."""
 MOST_MORE = 1.0
 """A wheel that slips turns no more than twice as fast to make up for it."""
 DISTRUST_S = 30.0
@@ -184,8 +184,8 @@ class WheelSlip:
             return None
         since_s, then = seen
         seen_deg = None
-        if glimpse.turn and glimpse.time_s - since_s <= LONGEST_S and since_s - LAGS_S[-1] >= self._gap_s:
-            seen_deg = glimpse.turn.turned_deg
+        if glimpse.time_s - since_s <= LONGEST_S and since_s - LAGS_S[-1] >= self._gap_s:
+            seen_deg = glimpse.turned_deg
         return _Interval(glimpse.time_s, seen_deg, tuple(map(self._whole_deg, then, now)))
 
     def _whole_deg(self, then: Pose, now: Pose) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.ports import CameraLost, CameraTurn, Clock, FloorRay, Glimpse, Pose, Sighting
+from behaviors.ports import CameraLost, Clock, FloorRay, Glimpse, Pose, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, ReplayCamera, frame_number, next_tick
 from nxtdrive.vision.confirmation import Confirmation
@@ -73,7 +73,6 @@ class CameraVision:
         self._shapes = {name: Shape() for name in targets}
         self._floor = FreeFloorDetector()
         self._gyroscope = VisualGyroscope()
-        self._glanced_s = -math.inf
         self._frame: Frame | None = None
         self._frozen: FrozenFrames | None = None
         self._observers: list[OnLook] = []
@@ -110,7 +109,9 @@ class CameraVision:
         """
         _check_known(targets, self._targets)
         frame = self._next_frame(GLANCE_TIMEOUT_S)
-        return replace(self._look_for(targets, frame), turn=self._turn(frame))
+        height, width = frame.image.shape[:2]
+        turned_deg = self._gyroscope.turned_deg(frame.image, self._pinhole.resized(width, height))
+        return replace(self._look_for(targets, frame), turned_deg=turned_deg)
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Vision`."""
@@ -138,13 +139,6 @@ class CameraVision:
             raise NoFrame(FROZEN)
         self._frame = frame
         return frame
-
-    def _turn(self, frame: Frame) -> CameraTurn | None:
-        """Return how far the camera turned since the last glance."""
-        since_s, self._glanced_s = self._glanced_s, frame.time_s - self._latency_s
-        height, width = frame.image.shape[:2]
-        turned_deg = self._gyroscope.turned_deg(frame.image, self._pinhole.resized(width, height))
-        return None if turned_deg is None else CameraTurn(since_s, turned_deg)
 
     def _look_for(self, targets: Sequence[str], frame: Frame) -> Glimpse:
         found = self._detect(frame, targets)
@@ -243,7 +237,6 @@ class GeometricVision:
         self._heights_mm = dict(heights_mm)
         self._pinhole = pinhole
         self._given = -1
-        self._glanced_s = -math.inf
         self._knows_floor = False
         self._confirmations: dict[str, Confirmation] = {}
 
@@ -260,10 +253,9 @@ class GeometricVision:
             NoFrame: The camera is unplugged.
             ConfigError: There is no target of one of the names.
         """
-        glimpse = self._look_for(targets)
-        turned_deg, since_s, self._glanced_s = self._sensor.turned_deg(), self._glanced_s, glimpse.time_s
+        glimpse = replace(self._look_for(targets), turned_deg=self._sensor.turned_deg())
         self._compute()
-        return glimpse if turned_deg is None else replace(glimpse, turn=CameraTurn(since_s, turned_deg))
+        return glimpse
 
     def _look_for(self, targets: Sequence[str]) -> Glimpse:
         _check_known(targets, self._heights_mm)

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors.adaptive.wheel_slip import WheelSlip
-from behaviors.ports import CameraTurn, Glimpse, Pose
+from behaviors.ports import Glimpse, Pose
 
 TRACK_MM = 112.0
 STEP_S = 0.1
@@ -67,8 +67,8 @@ class Robot:
         now, then = (self.headings[max(0, len(self.headings) - 1 - late - back)] for back in (0, 1))
         self.slip.add_pose(self.now_s, self.believed)
         turned_deg = self.lens * (now - then) + self.random.gauss(0.0, 0.15)
-        turn = CameraTurn(self.now_s - self.step_s, turned_deg) if self.random.random() < self.measured else None
-        correction = self.slip.correction(Glimpse(self.now_s, {}, turn=turn))
+        shown_deg = turned_deg if self.random.random() < self.measured else None
+        correction = self.slip.correction(Glimpse(self.now_s, {}, turned_deg=shown_deg))
         if correction is not None:
             self.corrections += 1
             self.believed = self.believed.corrected(*correction)
@@ -213,11 +213,10 @@ def test_frames_far_apart_are_not_compared_as_the_turn_in_between_is_not_known(s
 def test_whatever_wheels_and_frames_say_corrections_are_finite(steps):
     slip, pose, now_s = WheelSlip(TRACK_MM), Pose(), 0.0
     for duration_s, way_mm, turned_deg, seen_deg in steps:
-        since_s, now_s = now_s, now_s + duration_s
+        now_s += duration_s
         pose = pose.corrected(turned_deg, way_mm)
         slip.add_pose(now_s, pose)
-        turn = None if seen_deg is None else CameraTurn(since_s, seen_deg)
-        correction = slip.correction(Glimpse(now_s, {}, turn=turn))
+        correction = slip.correction(Glimpse(now_s, {}, turned_deg=seen_deg))
         if correction is not None:
             assert all(map(math.isfinite, correction))
             pose = pose.corrected(*correction)

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviors.ports import CameraTurn
 from nxtdrive.vision.camera import ReplayCamera
 from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.target_vision import CameraVision
@@ -92,6 +91,6 @@ def test_frames_of_any_shape_are_accepted(width, height, seed):
 def test_a_glimpse_has_the_turn_since_the_last_one(clock):
     frames = iter([frame(0.0), frame(2.0), frame(4.0), frame(5.0)])
     vision = CameraVision(ReplayCamera("test", frames, 10, clock), {}, Pinhole.from_hfov(320), latency_s=0.05)
-    first, second = vision.glance([]), vision.glance([])
-    assert first.turn is None
-    assert second.turn == CameraTurn(first.time_s, pytest.approx(2.0, abs=0.1))
+    turns = [vision.glance([]).turned_deg for _ in range(4)]
+    assert turns[0] is None
+    assert turns[1:] == pytest.approx([2.0, 2.0, 1.0], abs=0.1)
